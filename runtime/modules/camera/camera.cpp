@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/config/numbers.hpp"
+#include "runtime/config/units.hpp"
 #include "runtime/modules/answer_digest.hpp"
 #include "runtime/modules/camera/camera_options.hpp"
 #include "runtime/modules/camera/camera_ports.hpp"
@@ -270,6 +271,11 @@ void CameraModule::contribute(contribution::Contribution& report) const {
     note(first_release_ns_,
          "the time between images is " + config::format_number(schedule_.releases_per_image()) +
              " periods of the task, no whole number; each is taken at the nearest release");
+  if (options_.objects > 0 && options_.readout_ns() > visible_after_ns_)
+    note(first_release_ns_, "the object list is visible " + config::format_duration(visible_after_ns_) +
+                                " after the release, before the exposure of the image ends after " +
+                                config::format_duration(options_.readout_ns()) +
+                                "; for a device under test the task needs a 'thread' and a later 'deadline'");
   if (options_.shadows == rtstdb::Shadows::mapped && !database_->device().draws)
     note(first_release_ns_,
          "the device can not draw shadow maps: shadows are traced, and lamps and the sun do not light what "

@@ -260,6 +260,31 @@ TEST_F(CameraTest, AgeCountsUntilTheDeadlineOfATaskThread) {
   EXPECT_DOUBLE_EQ(take()["age"], 20.0);
 }
 
+TEST_F(CameraTest, SaysThatAListIsVisibleBeforeTheExposureEnds) {
+  add_plate("lamp", {8.0, 0.0, 0.0}, 2.0, {}, 40.0);
+  const auto events_with = [&](const std::string& more, std::int64_t deadline_ns, bool own_thread) {
+    camera_ = make(
+        *find_module_type("camera"), "{" + base_ + ", exposure_time: 5 ms" + more + "}",
+        {.instance = "front", .period_ns = period_ns, .deadline_ns = deadline_ns, .own_thread = own_thread});
+    take();
+    contribution::Contribution report;
+    camera_->contribute(report);
+    std::vector<std::string> texts;
+    for (const auto& event : report.events)
+      texts.push_back(event.text);
+    return texts;
+  };
+  const std::string objects = ", objects: 1";
+  EXPECT_EQ(events_with(objects, period_ns, false),
+            std::vector<std::string>{
+                "camera front: the object list is visible 0 ms after the release, before the exposure of "
+                "the image ends after 5 ms; for a device under test the task needs a 'thread' and a later "
+                "'deadline'"});
+  EXPECT_EQ(events_with(objects, 4'000'000, true).size(), 1U);
+  EXPECT_TRUE(events_with(objects, 5'000'000, true).empty());
+  EXPECT_TRUE(events_with("", period_ns, false).empty()) << "without a list";
+}
+
 TEST_F(CameraTest, TakesImagesAtTheNearestReleases) {
   add_plate("lamp", {8.0, 0.0, 0.0}, 2.0, {}, 40.0);
   make_camera("frames_per_second: 4 Hz");  // every 250 ms, the task each 100 ms
