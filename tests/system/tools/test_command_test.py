@@ -48,8 +48,9 @@ junit.write_text("<testsuite>" + "".join(lines) + "</testsuite>")
 
 
 class TestCommand(unittest.TestCase):
-    def run_plan(self, first, again=None):
-        """(last line, unsteady lines, exit code) of tools/test; `again`: results of the repetition."""
+    def run_plan(self, first, again=None, output=""):
+        """(last line, unsteady lines, exit code) of tools/test; `again`: results of the repetition; `output`:
+        what ctest prints."""
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             (folder / "tools").mkdir()
@@ -62,7 +63,8 @@ class TestCommand(unittest.TestCase):
                                ("bin/ctest", CTEST)):
                 (folder / path).write_text(text)
                 (folder / path).chmod(0o755)
-            (folder / "plan.py").write_text(f"def run(again):\n  return {again!r} if again else {first!r}\n")
+            (folder / "plan.py").write_text(
+                f"def run(again):\n  print({output!r})\n  return {again!r} if again else {first!r}\n")
             environment = dict(os.environ, PATH=f"{folder / 'bin'}:{os.environ['PATH']}")
             done = subprocess.run([folder / "tools/test", "--preset", "release"], cwd=folder, env=environment,
                                   capture_output=True, text=True)
@@ -100,6 +102,17 @@ class TestCommand(unittest.TestCase):
     def test_script_that_passes_alone_is_unsteady(self):
         last, unsteady, code = self.run_plan({"a": "fail"}, {"a": "run"})
         self.assertEqual((last, len(unsteady), code), ("1 passed, 0 failed", 1, 0))
+
+    def test_finding_of_a_sanitizer_is_not_repeated(self):
+        for finding in ("==7==ERROR: LeakSanitizer: detected memory leaks",
+                        "WARNING: ThreadSanitizer: data race (pid=7)",
+                        "a.cpp:3:5: runtime error: signed integer overflow"):
+            last, unsteady, code = self.run_plan({"a": "fail"}, {"a": "run"}, finding)
+            self.assertEqual((last, unsteady, code), ("0 passed, 1 failed", [], 1), finding)
+
+    def test_sanitizer_that_fails_itself_is_repeated(self):
+        crash = "==7==LeakSanitizer has encountered a fatal error."
+        self.assertEqual(self.run_plan({"a": "fail"}, {"a": "run"}, crash)[0], "1 passed, 0 failed")
 
     def test_repetition_without_results_keeps_the_first_ones(self):
         last, unsteady, code = self.run_plan({"A": {"a": "failed", "b": "passed"}}, "no results")
