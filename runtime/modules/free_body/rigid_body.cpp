@@ -140,17 +140,28 @@ RigidBodyState RigidBody::step(const RigidBodyState& state, const Wrench& wrench
   return next;
 }
 
-RigidBodyState RigidBody::semi_implicit_step(const RigidBodyState& state, const glm::dvec3& force_world_n,
-                                             const glm::dvec3& torque_world_nm, double dt_s) const noexcept {
+RigidBodyState RigidBody::drifted(const RigidBodyState& state, double dt_s) const noexcept {
   RigidBodyState next = state;
-  next.v_world_mps += dt_s * (orbital_acceleration_mps2(state) + force_world_n / properties_.mass_kg);
   next.p_world_m += dt_s * next.v_world_mps;
-  next.angular_momentum_world_nms +=
-      dt_s * (torque_world_nm - glm::cross(orbit_radps_, state.angular_momentum_world_nms));
-  RigidBodyState middle = next;
-  middle.q_world = turned(state.q_world, 0.5 * dt_s * w_world_radps(next));
+  RigidBodyState middle = state;
+  middle.q_world = turned(state.q_world, 0.5 * dt_s * w_world_radps(state));
   next.q_world = glm::normalize(turned(state.q_world, dt_s * w_world_radps(middle)));
   return next;
+}
+
+RigidBodyState RigidBody::kicked(const RigidBodyState& state, const glm::dvec3& force_world_n,
+                                 const glm::dvec3& torque_world_nm, double dt_s) const noexcept {
+  RigidBodyState next = state;
+  next.v_world_mps += dt_s * (orbital_acceleration_mps2(state) + force_world_n / properties_.mass_kg);
+  next.angular_momentum_world_nms +=
+      dt_s * (torque_world_nm - glm::cross(orbit_radps_, state.angular_momentum_world_nms));
+  return next;
+}
+
+double RigidBody::orbital_energy_j(const RigidBodyState& state) const noexcept {
+  const double n = orbit_radps_.z;
+  const glm::dvec3& p = state.p_world_m;
+  return 0.5 * properties_.mass_kg * n * n * (p.z * p.z - 3.0 * p.x * p.x);
 }
 
 }  // namespace hil::modules

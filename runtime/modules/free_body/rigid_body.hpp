@@ -1,7 +1,7 @@
 #pragma once
 // The equations of motion of a rigid body. With a constant force and torque in its own frame they are
 // integrated by the classical Runge-Kutta method of order 4, with forces that change from step to step, as
-// those of contacts do, by the semi-implicit Euler method.
+// those of contacts do, by the leapfrog method.
 //
 // The world frame may turn about its z axis with the constant rate of an orbit: then it is the frame of
 // Clohessy and Wiltshire ("Terminal Guidance System for Satellite Rendezvous", J. Aerospace Sci. 27, 1960),
@@ -69,12 +69,19 @@ class RigidBody {
 
   /// The state after dt_s. The error of one step is of order dt_s^5.
   RigidBodyState step(const RigidBodyState& state, const Wrench& wrench, double dt_s) const noexcept;
-  /// The state after dt_s under a force and a torque along the world axes: first the momenta, then with them
-  /// the pose, so that the energy of a spring does not grow. The rotation is exact for the angular rate at
-  /// the middle of the step, which follows from the angular momentum: there is no gyroscopic term that could
-  /// become unstable.
-  RigidBodyState semi_implicit_step(const RigidBodyState& state, const glm::dvec3& force_world_n,
-                                    const glm::dvec3& torque_world_nm, double dt_s) const noexcept;
+  /// The two parts of a step of the leapfrog method: drifted() by half a step, kicked() by a whole one with the
+  /// forces there, drifted() by half a step. The work of a constant force in the step is exactly the force
+  /// times the mean of the velocities before and after the kick.
+  ///
+  /// The state after dt_s of motion with the momenta that it has. The rotation is exact for the angular rate
+  /// at the middle, which follows from the angular momentum: there is no gyroscopic term that could become
+  /// unstable.
+  RigidBodyState drifted(const RigidBodyState& state, double dt_s) const noexcept;
+  /// The state with the momenta that a force and a torque along the world axes give it in dt_s, at its pose.
+  RigidBodyState kicked(const RigidBodyState& state, const glm::dvec3& force_world_n,
+                        const glm::dvec3& torque_world_nm, double dt_s) const noexcept;
+  /// Of the position in the frame of the orbit; its acceleration conserves the sum with the energy of motion.
+  double orbital_energy_j(const RigidBodyState& state) const noexcept;
 
  private:
   struct Derivative {

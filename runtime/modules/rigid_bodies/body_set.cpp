@@ -63,20 +63,34 @@ void BodySet::advance(FrozenContacts& contacts, TouchLog& touches, std::int64_t 
   }
 }
 
+void BodySet::drift(double dt_s) noexcept {
+  for (Body& body : bodies_)
+    if (moves(body)) body.state = body.rigid_body->drifted(body.state, dt_s);
+}
+
 void BodySet::substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept {
-  const auto at_ns = static_cast<std::int64_t>(time_ns);
-  motions_at(at_ns);
+  const auto middle_ns = static_cast<std::int64_t>(time_ns + 0.5e9 * dt_s);
+  drift(0.5 * dt_s);
+  motions_at(middle_ns);
   std::fill(loads_.begin(), loads_.end(), BodyLoad{});
-  contacts.add_loads(motions_, at_ns, dt_s, loads_, touches);
+  contacts.add_loads(motions_, middle_ns, dt_s, loads_, touches);
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     Body& body = bodies_[i];
-    if (!body.rigid_body || body.is_held || body.has_stopped) continue;
+    if (!moves(body)) continue;
     const RigidBodyState& state = body.state;
-    const glm::dvec3 force =
-        loads_[i].force_n + masses_kg_[i] * gravity_mps2_ + state.q_world * body.wrench.force_body_n;
-    const glm::dvec3 torque = loads_[i].torque_nm + state.q_world * body.wrench.torque_body_nm;
-    body.state = body.rigid_body->semi_implicit_step(state, force, torque, dt_s);
+    const glm::dvec3 input_n = state.q_world * body.wrench.force_body_n;
+    const glm::dvec3 input_nm = state.q_world * body.wrench.torque_body_nm;
+    const BodyMotion before = motions_[i];
+    body.state =
+        body.rigid_body->kicked(state, loads_[i].force_n + masses_kg_[i] * gravity_mps2_ + input_n,
+                                loads_[i].torque_nm + input_nm, dt_s);
+    motions_[i].v_mps = body.state.v_world_mps;
+    motions_[i].w_radps = body.rigid_body->w_world_radps(body.state);
+    work_j_ += 0.5 * dt_s * (glm::dot(input_n, before.v_mps + motions_[i].v_mps) +
+                             glm::dot(input_nm, before.w_radps + motions_[i].w_radps));
   }
+  work_j_ += contacts.end_substep(motions_, dt_s);
+  drift(0.5 * dt_s);
 }
 
 void BodySet::halt(Body& body) noexcept {
@@ -97,6 +111,17 @@ double BodySet::kinetic_energy_j() const noexcept {
     if (!body.rigid_body) continue;
     const glm::dvec3& v = body.state.v_world_mps;
     energy_j += 0.5 * masses_kg_[i] * glm::dot(v, v) + body.rigid_body->rotational_energy_j(body.state);
+  }
+  return energy_j;
+}
+
+double BodySet::height_energy_j() const noexcept {
+  double energy_j = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    if (!body.rigid_body) continue;
+    energy_j += body.rigid_body->orbital_energy_j(body.state) -
+                masses_kg_[i] * glm::dot(gravity_mps2_, body.state.p_world_m);
   }
   return energy_j;
 }

@@ -46,8 +46,20 @@ class BodySet {
   static double used_of_limits(const Body& body) noexcept;
   /// Of the bodies that move.
   double kinetic_energy_j() const noexcept;
+  /// What gravity and the orbit's acceleration have given to a body that moves from the world's origin to
+  /// where it is, with the opposite sign; of all.
+  double height_energy_j() const noexcept;
+
+  /// What the inputs, and fixed bodies that move, have added so far to the energy of the bodies that move.
+  double work_j() const noexcept { return work_j_; }
+  /// Adds a change of energy that is none of the contacts.
+  void add_work(double work_j) noexcept { work_j_ += work_j; }
 
  private:
+  static bool moves(const Body& body) noexcept {
+    return body.rigid_body && !body.is_held && !body.has_stopped;
+  }
+  void drift(double dt_s) noexcept;
   void substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept;
 
   const glm::dvec3 gravity_mps2_;
@@ -55,6 +67,7 @@ class BodySet {
   std::vector<double> masses_kg_;  ///< 0: fixed
   std::vector<BodyMotion> motions_;
   std::vector<BodyLoad> loads_;
+  double work_j_ = 0.0;
 };
 
 /// The row that has both states at its ends: exact at the begin, and at the end up to rounding.

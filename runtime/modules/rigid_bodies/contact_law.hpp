@@ -1,11 +1,19 @@
 #pragma once
-// The force at a contact point: a spring and a damper along the normal, and a spring with Coulomb friction
-// across it.
+// The forces at the contact points of a pair of bodies: a spring and a damper along each normal, a spring with
+// Coulomb friction across it, and the elastic energy of the pair.
 //
+//   share    Each point has a share of the pair's stiffness and damping: its depth divided by the sum of the
+//            depths. So a force changes continuously when a point comes or goes, and points of equal depth
+//            press as one.
 //   normal   N = stiffness * depth + damping * approach speed; never negative, and 0 without depth
 //   across   A spring of the same stiffness and damping, anchored where the bodies were when the contact
 //            began. It slips when the spring's force exceeds friction * N: then its anchor follows. The whole
 //            force across is at most friction * N.
+//   energy   A pair stores the work that is done against its springs, and gives back no more. While the bodies
+//            approach, the springs press at least with the stiffness of the law; while they part, with that
+//            stiffness times the stored energy divided by the energy that the law has at these depths. So the
+//            stored energy runs out where the depth does, whatever the normals, points and shares were on the
+//            way, and the factor is 1 where the law itself is conservative.
 //
 // Between two answers of the contact query the plane of the contact is frozen: its normal stays, and the
 // depth changes by the motion of one body relative to the other at the point, along the normal. The point
@@ -13,11 +21,13 @@
 // body that rolls on a larger one; between bodies of one size it stays midway.
 //
 // SI units, world axes. Threads: pure functions and plain data.
-// Source: Cundall, Strack, "A discrete numerical model for granular assemblies", 1979.
+// Source: Cundall, Strack, "A discrete numerical model for granular assemblies", 1979; Hannaford, Ryu,
+// "Time-domain passivity control of haptic interfaces", 2002.
 
 #include <glm/ext/vector_double3.hpp>
 
 #include <cstdint>
+#include <span>
 
 namespace hil::modules {
 
@@ -26,6 +36,9 @@ struct ContactLaw {
   double damping_nspm = 0.0;   ///< of a pair
   double friction = 0.0;
 };
+
+/// The springs of a pair press with at most this times the stiffness of the law. Energy beyond that is lost.
+inline constexpr double max_stiffening = 2.0;
 
 /// The motion of a body at an instant: of its origin, and its angular rate.
 struct BodyMotion {
@@ -38,13 +51,14 @@ struct FrozenContact {
   std::uint32_t first = 0, second = 0;  ///< numbers of the bodies
   glm::dvec3 normal{0.0};               ///< unit, from the second body to the first
   double depth_m = 0.0;                 ///< negative: the surfaces are apart
-  double share = 1.0;                   ///< of the pair's stiffness and damping
   /// From the origins of the bodies to the point when it was frozen.
   glm::dvec3 first_arm_m{0.0}, second_arm_m{0.0};
   double first_weight = 0.5;  ///< 1: the point moves with the first body; 0: with the second
   glm::dvec3 stretch_m{0.0};  ///< of the spring across the normal: the first body relative to its anchor
-  bool is_new = true;         ///< it has no anchor of an earlier answer
-  bool is_kept = false;       ///< it is of an earlier answer, since the last one does not decide the pair
+  /// Of the first body relative to the second, at the point.
+  glm::dvec3 velocity_mps{0.0};
+  /// On the first body, of the springs and of the dampers; the second has the opposite ones.
+  glm::dvec3 elastic_n{0.0}, damping_n{0.0};
 };
 
 /// Where the point is.
@@ -54,14 +68,24 @@ glm::dvec3 place_of(const FrozenContact& contact, const BodyMotion& first, const
 glm::dvec3 relative_velocity(const glm::dvec3& place_m, const BodyMotion& first,
                              const BodyMotion& second) noexcept;
 
-/// Updates the stretch of the spring and the depth by the motion of a completed substep: `velocity_mps` is
-/// relative_velocity() after it. `depth_is_known`: the depth is that of an answer at this time, and stays.
-void follow(FrozenContact& contact, const glm::dvec3& velocity_mps, double dt_s,
-            bool depth_is_known) noexcept;
+/// Updates the depth and the stretch of the spring by a motion with the contact's velocity.
+void follow(FrozenContact& contact, double dt_s) noexcept;
 
-/// The force on the first body; the second has the opposite one. Reduces the stretch of a spring that slips,
-/// and resets it where nothing presses.
-glm::dvec3 contact_force(FrozenContact& contact, const ContactLaw& law,
-                         const glm::dvec3& velocity_mps) noexcept;
+/// The energy that the springs of the points of one pair have by the law.
+double law_energy_j(std::span<const FrozenContact> points, const ContactLaw& law) noexcept;
+
+/// Sets the forces of the points of one pair, whose depths and velocities are those at the middle of a
+/// substep, and `begin_j` is law_energy_j at its begin. Reduces the stretch of springs that slip, and resets
+/// it where nothing presses. From the stored energy it takes what slipping springs lose, what exceeds
+/// max_stiffening, of what exceeds the law's energy the share `decay`, and all where nothing pressed at the
+/// begin.
+void press(std::span<FrozenContact> points, const ContactLaw& law, double begin_j, double decay,
+           double& stored_j) noexcept;
+
+/// Adds the work that the bodies did against the forces of a point in a substep, in which the velocity went
+/// from the contact's to `after_mps`, which becomes the contact's. A damper only takes energy. The stored
+/// energy falls below 0 where more was given back: then the pair's springs take that much before they give
+/// any.
+void store_work(FrozenContact& contact, const glm::dvec3& after_mps, double dt_s, double& stored_j) noexcept;
 
 }  // namespace hil::modules

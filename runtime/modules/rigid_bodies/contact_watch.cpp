@@ -21,11 +21,15 @@ std::vector<std::string> names_of(const RigidBodiesOptions& options) {
   return names;
 }
 
-std::vector<BodySize> sizes_of(std::span<const PlacedBody> placed) {
+std::vector<BodySize> sizes_of(const RigidBodiesOptions& options, std::span<const PlacedBody> placed) {
   std::vector<BodySize> sizes;
-  for (const PlacedBody& body : placed)
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const PlacedBody& body = placed[i];
+    const std::optional<MassProperties>& properties = options.bodies[i].properties;
     sizes.push_back({.diagonal_m = body.diagonal_m(),
-                     .reach_m = glm::length(glm::max(glm::abs(body.maximum_m), glm::abs(body.minimum_m)))});
+                     .reach_m = glm::length(glm::max(glm::abs(body.maximum_m), glm::abs(body.minimum_m))),
+                     .mass_kg = properties ? properties->mass_kg : 0.0});
+  }
   return sizes;
 }
 
@@ -40,7 +44,7 @@ ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& ca
     : database_(world.database()),
       entities_(std::move(entities)),
       margin_m_(static_cast<float>(options.margin_m)),
-      contacts_(options.law, sizes_of(placed), options.max_pairs),
+      contacts_(options.law, sizes_of(options, placed), options.max_pairs),
       touches_(names_of(options)),
       is_near_(entities_.size()) {
   for (std::uint32_t i = 0; i < entities_.size(); ++i) {
@@ -163,6 +167,7 @@ void ContactWatch::freeze(StepContext& context, BodySet& bodies) noexcept {
     ++counts_.late;
     context.events->note(late_, context.time_ns, -1e3 * static_cast<double>(pair.distance_m));
   }
+  contacts_.end();
   is_first_ = false;
   counts_.undecided += undecided;
   if (undecided > 0 && was_decided_) context.events->note(undecided_, context.time_ns, undecided);

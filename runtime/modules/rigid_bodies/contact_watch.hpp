@@ -40,6 +40,7 @@ class ContactWatch {
   void take(StepContext& context, BodySet& bodies, rtstdb::Version version) noexcept;
 
   FrozenContacts& contacts() noexcept { return contacts_; }
+  const FrozenContacts& contacts() const noexcept { return contacts_; }
   TouchLog& touches() noexcept { return touches_; }
   const TouchLog& touches() const noexcept { return touches_; }
   const Counts& counts() const noexcept { return counts_; }

@@ -26,12 +26,34 @@ FrozenContacts::FrozenContacts(const ContactLaw& law, std::vector<BodySize> size
     : law_(law), sizes_(std::move(sizes)) {
   points_.reserve(points_per_pair * max_pairs);
   earlier_.reserve(points_per_pair * max_pairs);
+  pairs_.reserve(max_pairs);
+  stored_j_.resize(sizes_.size() * sizes_.size());
 }
 
 void FrozenContacts::begin() noexcept {
   points_.swap(earlier_);
   points_.clear();
-  depths_are_known_ = true;
+  pairs_.clear();
+}
+
+void FrozenContacts::end() noexcept {
+  if (is_first_) {
+    for (const Pair& pair : pairs_)
+      stored_j(pair) = law_energy_j(points_of(pair), law_);
+  }
+  is_first_ = false;
+}
+
+void FrozenContacts::begin_pair(std::uint32_t first, std::uint32_t second) noexcept {
+  const double m1 = sizes_[first].mass_kg, m2 = sizes_[second].mass_kg;
+  const double mass_kg = m1 == 0.0 ? m2 : m2 == 0.0 ? m1 : m1 * m2 / (m1 + m2);
+  pairs_.push_back({.first = first,
+                    .second = second,
+                    .begin = static_cast<std::uint32_t>(points_.size()),
+                    .decay_per_s = law_.damping_nspm / mass_kg});
+  // Springs that had no points in the answer before have lost what they held.
+  double& stored = stored_j(pairs_.back());
+  if (!was_near(first, second)) stored = std::min(stored, 0.0);
 }
 
 bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
@@ -43,6 +65,7 @@ bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, s
         glm::length(arm_m + between_m) > sizes_[second].reach_m + margin_m)
       return false;
   }
+  begin_pair(first, second);
   const double size_first = sizes_[first].diagonal_m, size_second = sizes_[second].diagonal_m;
   for (const rtstdb::ContactPoint& found : pair.contacts()) {
     FrozenContact point;
@@ -50,23 +73,23 @@ bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, s
     point.second = second;
     point.normal = glm::normalize(glm::dvec3(found.n_world));
     point.depth_m = static_cast<double>(found.depth_m);
-    point.share = 1.0 / static_cast<double>(pair.point_count);
     point.first_arm_m = glm::dvec3(found.p_first_m);
     point.second_arm_m = point.first_arm_m + between_m;
     point.first_weight = size_first < size_second ? 1.0 : size_first > size_second ? 0.0 : 0.5;
     keep_anchor(point);
     points_.push_back(point);
+    ++pairs_.back().count;
   }
   return true;
 }
 
 void FrozenContacts::keep(std::uint32_t first, std::uint32_t second) noexcept {
-  for (FrozenContact& point : earlier_) {
-    if (point.first != first || point.second != second || points_.size() == points_.capacity()) continue;
+  if (!was_near(first, second)) return;
+  begin_pair(first, second);
+  for (const FrozenContact& point : earlier_) {
+    if (point.first != first || point.second != second) continue;
     points_.push_back(point);
-    points_.back().is_new = false;
-    points_.back().is_kept = true;
-    point.first = no_body;
+    ++pairs_.back().count;
   }
 }
 
@@ -81,7 +104,6 @@ void FrozenContacts::keep_anchor(FrozenContact& point) noexcept {
     anchor = &before;
   }
   if (anchor == nullptr) return;
-  point.is_new = false;
   point.stretch_m = anchor->stretch_m - glm::dot(anchor->stretch_m, point.normal) * point.normal;
   anchor->first = no_body;  // an anchor belongs to one point
 }
@@ -93,28 +115,58 @@ bool FrozenContacts::was_near(std::uint32_t first, std::uint32_t second) const n
 
 void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
                                std::span<BodyLoad> loads, TouchLog& touches) noexcept {
-  for (FrozenContact& point : points_) {
-    const BodyMotion& first = bodies[point.first];
-    const BodyMotion& second = bodies[point.second];
-    const glm::dvec3 place_m = place_of(point, first, second);
-    const glm::dvec3 velocity = relative_velocity(place_m, first, second);
-    const bool depth_is_known = depths_are_known_ && !point.is_kept;
-    if (!depths_are_known_ || !point.is_new) follow(point, velocity, dt_s, depth_is_known);
-    if (point.depth_m > 0.0) {
+  for (const Pair& pair : pairs_) {
+    const BodyMotion& first = bodies[pair.first];
+    const BodyMotion& second = bodies[pair.second];
+    const std::span<FrozenContact> points = points_of(pair);
+    const double begin_j = law_energy_j(points, law_);
+    for (FrozenContact& point : points) {
+      point.velocity_mps = relative_velocity(place_of(point, first, second), first, second);
+      follow(point, 0.5 * dt_s);
+      if (point.depth_m <= 0.0) continue;
       touches.note_first({.first = point.first,
                           .second = point.second,
                           .time_ns = time_ns,
-                          .place_m = place_m,
-                          .closing_speed_mps = -glm::dot(velocity, point.normal),
+                          .place_m = place_of(point, first, second),
+                          .closing_speed_mps = -glm::dot(point.velocity_mps, point.normal),
                           .depth_m = point.depth_m});
     }
-    const glm::dvec3 force = contact_force(point, law_, velocity);
-    loads[point.first].force_n += force;
-    loads[point.first].torque_nm += glm::cross(place_m - first.p_m, force);
-    loads[point.second].force_n -= force;
-    loads[point.second].torque_nm -= glm::cross(place_m - second.p_m, force);
+    press(points, law_, begin_j, std::min(1.0, dt_s * pair.decay_per_s), stored_j(pair));
+    for (const FrozenContact& point : points) {
+      const glm::dvec3 force = point.elastic_n + point.damping_n, place_m = place_of(point, first, second);
+      loads[point.first].force_n += force;
+      loads[point.first].torque_nm += glm::cross(place_m - first.p_m, force);
+      loads[point.second].force_n -= force;
+      loads[point.second].torque_nm -= glm::cross(place_m - second.p_m, force);
+    }
   }
-  depths_are_known_ = false;
+}
+
+double FrozenContacts::end_substep(std::span<const BodyMotion> bodies, double dt_s) noexcept {
+  double work_j = 0.0;
+  for (const Pair& pair : pairs_) {
+    const BodyMotion& first = bodies[pair.first];
+    const BodyMotion& second = bodies[pair.second];
+    for (FrozenContact& point : points_of(pair)) {
+      const glm::dvec3 place_m = place_of(point, first, second);
+      const glm::dvec3 force = point.elastic_n + point.damping_n;
+      const auto way_of = [&](const BodyMotion& body) {
+        return dt_s * (body.v_mps + glm::cross(body.w_radps, place_m - body.p_m));
+      };
+      if (sizes_[pair.first].mass_kg == 0.0) work_j -= glm::dot(force, way_of(first));
+      if (sizes_[pair.second].mass_kg == 0.0) work_j += glm::dot(force, way_of(second));
+      store_work(point, relative_velocity(place_m, first, second), dt_s, stored_j(pair));
+      follow(point, 0.5 * dt_s);
+    }
+  }
+  return work_j;
+}
+
+double FrozenContacts::elastic_energy_j() const noexcept {
+  double energy_j = 0.0;
+  for (const Pair& pair : pairs_)
+    energy_j += std::max(0.0, stored_j_[pair.first * sizes_.size() + pair.second]);
+  return energy_j;
 }
 
 }  // namespace hil::modules

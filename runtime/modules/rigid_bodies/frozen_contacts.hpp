@@ -1,7 +1,8 @@
 #pragma once
 // The contact points of one answer of the contact query, and their forces until the next answer. A point
 // keeps the anchor of the nearest point that the same pair had in the answer before, if there is one within
-// 2 % of the smaller body's diagonal. A pair that an answer does not decide keeps its earlier points.
+// 2 % of the smaller body's diagonal. A pair that an answer does not decide keeps its earlier points. A pair
+// keeps its stored energy (contact_law.hpp) from answer to answer, as long as it has points.
 //
 // Threads: one. Nothing but the constructor allocates.
 
@@ -25,6 +26,7 @@ struct BodyLoad {
 struct BodySize {
   double diagonal_m = 0.0;  ///< of the body's box
   double reach_m = 0.0;     ///< from the body's origin to the farthest corner of its box
+  double mass_kg = 0.0;     ///< 0: fixed
 };
 
 class FrozenContacts {
@@ -44,20 +46,42 @@ class FrozenContacts {
   /// Whether the answer before the last begin() had points of the pair. Before the pair is added.
   bool was_near(std::uint32_t first, std::uint32_t second) const noexcept;
 
-  /// Begins a substep of dt_s at a run time: updates the points by the motion of the substep before, adds the
-  /// forces to the loads, and notes the first contacts.
+  /// Completes the points of an answer. The first answer has the springs as the law has them at its depths.
+  void end() noexcept;
+
+  /// Updates the points to the middle of a substep of dt_s, at which the bodies are, adds the forces to the
+  /// loads, and notes the first contacts.
   void add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
                  std::span<BodyLoad> loads, TouchLog& touches) noexcept;
+  /// Updates the points to the end of the substep, from the bodies at its middle with the velocities that the
+  /// loads have given them, and stores the work that they did against the springs. Returns the work that
+  /// fixed bodies did, which move whatever presses them.
+  double end_substep(std::span<const BodyMotion> bodies, double dt_s) noexcept;
 
+  /// What the springs of all pairs hold.
+  double elastic_energy_j() const noexcept;
   std::span<const FrozenContact> points() const noexcept { return points_; }
 
  private:
+  /// The points of a pair, a row of points_.
+  struct Pair {
+    std::uint32_t first = 0, second = 0;
+    std::uint32_t begin = 0, count = 0;
+    double decay_per_s = 0.0;  ///< of stored energy beyond that of the law: damping / mass
+  };
+  void begin_pair(std::uint32_t first, std::uint32_t second) noexcept;
   void keep_anchor(FrozenContact& point) noexcept;
+  double& stored_j(const Pair& pair) noexcept { return stored_j_[pair.first * sizes_.size() + pair.second]; }
+  std::span<FrozenContact> points_of(const Pair& pair) noexcept {
+    return std::span(points_).subspan(pair.begin, pair.count);
+  }
 
   const ContactLaw law_;
   const std::vector<BodySize> sizes_;
   std::vector<FrozenContact> points_, earlier_;
-  bool depths_are_known_ = false;
+  std::vector<Pair> pairs_;
+  std::vector<double> stored_j_;  ///< by first and second body
+  bool is_first_ = true;
 };
 
 }  // namespace hil::modules

@@ -15,6 +15,11 @@
 //          late: pairs so far that touched and were not within the margin in the step before
 //          rows: rows written so far
 //          stopped: bodies that would have left what the database permits; they rest from then on
+//          elastic_energy (J): that the contacts hold
+//          energy (J): of motion, of height above the world's origin along gravity, and elastic
+//          work (J): so far of the inputs, and of fixed bodies that move; less what held and stopped bodies had
+//          dissipated (J): energy at run time 0, plus work, minus energy: what dampers, friction and contacts
+//          that change have taken so far. Never below 0, up to rounding and the error of the integration.
 //          of each body B with a mass: B.x ... as of a free_body (body_ports.hpp)
 //
 // A row is written in each step while a body has contacts or is near one, otherwise only when the previous
@@ -24,6 +29,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "runtime/modules/module.hpp"
@@ -36,8 +42,9 @@
 namespace hil::modules {
 namespace {
 
-constexpr std::array<const char*, 9> module_outputs{
-    "kinetic_energy", "contacts", "depth", "touched", "undecided", "overflows", "late", "rows", "stopped"};
+constexpr std::array<const char*, 13> module_outputs{
+    "kinetic_energy", "contacts", "depth", "touched", "undecided", "overflows", "late", "rows", "stopped",
+    "elastic_energy", "energy", "work", "dissipated"};
 
 constexpr std::int64_t rigid_track_every_ns = 100'000'000;
 constexpr std::size_t max_rigid_track_points = 1u << 13;
@@ -56,6 +63,7 @@ class RigidBodies final : public Module {
   void stop_beyond_limits(StepContext& context) noexcept;
   void write_outputs(StepContext& context) noexcept;
   void note_tracks(std::int64_t time_ns) noexcept;
+  double energy_j() const noexcept;
 
   const RigidBodiesOptions options_;
   Ports ports_;
@@ -66,6 +74,7 @@ class RigidBodies final : public Module {
   std::unique_ptr<BodyWriter> writer_;
   std::int64_t state_ns_ = 0;  ///< run time of the states
   double stopped_ = 0.0;
+  std::optional<double> first_energy_j_;  ///< at run time 0
   struct Kinds {
     EventLog::Kind stops, held, released;
   };
@@ -87,6 +96,10 @@ RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(option
   output(6, "", "Pairs so far that touched and were not near in the step before");
   output(7, "", "Rows written so far");
   output(8, "", "Bodies that rest since they would have left what the database permits");
+  output(9, "J", "That the contacts hold");
+  output(10, "J", "Of motion, of height above the world's origin, and elastic");
+  output(11, "J", "So far of the inputs, and of fixed bodies that move");
+  output(12, "J", "What contacts have taken so far: the energy at run time 0, plus work, minus energy");
   const auto append = [](std::vector<Port>& ports, std::vector<Port> more) {
     ports.insert(ports.end(), more.begin(), more.end());
   };
@@ -155,7 +168,10 @@ void RigidBodies::take_inputs(StepContext& context) noexcept {
     if (inputs.hold == body.is_held) continue;
     body.is_held = inputs.hold;
     context.events->note(inputs.hold ? kinds_[i].held : kinds_[i].released, context.time_ns);
-    if (inputs.hold) BodySet::halt(body);
+    if (!inputs.hold) continue;
+    const double before_j = energy_j();
+    BodySet::halt(body);
+    bodies_->add_work(energy_j() - before_j);
   }
 }
 
@@ -165,15 +181,23 @@ void RigidBodies::stop_beyond_limits(StepContext& context) noexcept {
     if (!body.rigid_body || body.has_stopped) continue;
     const double used = BodySet::used_of_limits(body);
     if (used <= 1.0) continue;
+    const double before_j = energy_j();
     body.has_stopped = true;
     body.state = writer_->state_at_begin(i);
     BodySet::halt(body);
+    bodies_->add_work(energy_j() - before_j);
     stopped_ += 1.0;
     context.events->note(kinds_[i].stops, context.time_ns, used);
   }
 }
 
+double RigidBodies::energy_j() const noexcept {
+  return bodies_->kinetic_energy_j() + bodies_->height_energy_j() + watch_->contacts().elastic_energy_j();
+}
+
 void RigidBodies::write_outputs(StepContext& context) noexcept {
+  const double energy = energy_j();
+  if (!first_energy_j_) first_energy_j_ = energy - bodies_->work_j();
   const ContactWatch::Counts& counts = watch_->counts();
   const std::array<double, module_outputs.size()> values{bodies_->kinetic_energy_j(),
                                                          static_cast<double>(counts.pressing),
@@ -183,7 +207,11 @@ void RigidBodies::write_outputs(StepContext& context) noexcept {
                                                          static_cast<double>(counts.overflows),
                                                          static_cast<double>(counts.late),
                                                          static_cast<double>(writer_->rows()),
-                                                         stopped_};
+                                                         stopped_,
+                                                         watch_->contacts().elastic_energy_j(),
+                                                         energy,
+                                                         bodies_->work_j(),
+                                                         *first_energy_j_ + bodies_->work_j() - energy};
   std::copy(values.begin(), values.end(), context.outputs.begin());
   std::size_t offset = values.size();
   for (const BodySet::Body& body : std::as_const(*bodies_).bodies()) {

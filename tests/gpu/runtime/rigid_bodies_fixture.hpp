@@ -12,8 +12,22 @@
 namespace hil::modules::test {
 
 /// The module's own outputs; those of its bodies follow, 13 of each body with a mass.
-enum RigidOutput : std::size_t { kinetic_energy, contacts, depth, touched, undecided, overflows, late, rows };
-inline constexpr std::size_t first_body_output = 9;
+enum RigidOutput : std::size_t {
+  kinetic_energy,
+  contacts,
+  depth,
+  touched,
+  undecided,
+  overflows,
+  late,
+  rows,
+  stopped,
+  elastic_energy,
+  energy,
+  work,
+  dissipated
+};
+inline constexpr std::size_t first_body_output = 13;
 enum BodyOutput : std::size_t { x, y, z, vx, vy, vz, qw, qx, qy, qz, wx, wy, wz };
 
 /// Bodies of one rigid_bodies module in a world with a floor.

@@ -160,19 +160,25 @@ TEST(RigidBody, RotationDoesNotDependOnTheFrame) {
   EXPECT_LT(angle_between(frame * seen.q_world, inertial.q_world), 1e-9);
 }
 
-RigidBodyState moved_semi_implicitly(const RigidBody& body, RigidBodyState state, double duration_s,
-                                     int steps) {
+/// A step of the leapfrog method under the force that `force_at` has at a position.
+template <typename Force>
+RigidBodyState leapfrog(const RigidBody& body, const RigidBodyState& state, Force force_at, double dt_s) {
+  const RigidBodyState middle = body.drifted(state, 0.5 * dt_s);
+  return body.drifted(body.kicked(middle, force_at(middle.p_world_m), {}, dt_s), 0.5 * dt_s);
+}
+
+RigidBodyState moved_by_leapfrog(const RigidBody& body, RigidBodyState state, double duration_s, int steps) {
   for (int i = 0; i < steps; ++i)
-    state = body.semi_implicit_step(state, {}, {}, duration_s / steps);
+    state = leapfrog(body, state, [](const dvec3&) { return dvec3(0.0); }, duration_s / steps);
   return state;
 }
 
 /// Against the method of order 4: half the step, a quarter of the error. The angular momentum stays exactly.
-TEST(RigidBody, SemiImplicitRotationHasOrderTwo) {
+TEST(RigidBody, LeapfrogRotationHasOrderTwo) {
   const double t_s = 4.0;
   const RigidBodyState exact = moved(tumbling, tumble(), {}, t_s, 40'000);
   const auto error = [&](int steps) {
-    const RigidBodyState state = moved_semi_implicitly(tumbling, tumble(), t_s, steps);
+    const RigidBodyState state = moved_by_leapfrog(tumbling, tumble(), t_s, steps);
     EXPECT_EQ(state.angular_momentum_world_nms, tumble().angular_momentum_world_nms);
     return angle_between(state.q_world, exact.q_world);
   };
@@ -182,7 +188,7 @@ TEST(RigidBody, SemiImplicitRotationHasOrderTwo) {
 }
 
 /// A mass on a spring, near the largest stiffness of a contact: the energy oscillates but does not grow.
-TEST(RigidBody, SemiImplicitSpringKeepsItsEnergy) {
+TEST(RigidBody, LeapfrogSpringKeepsItsEnergy) {
   const RigidBody body({.mass_kg = 2.0, .inertia_kgm2 = diagonal(1.0, 1.0, 1.0)}, 0.0);
   const double dt_s = 1e-3, stiffness_npm = 0.1 * 2.0 / (dt_s * dt_s);
   RigidBodyState state = body.state({0.01, 0.0, 0.0}, {}, dquat(1.0, 0.0, 0.0, 0.0), {});
@@ -192,17 +198,17 @@ TEST(RigidBody, SemiImplicitSpringKeepsItsEnergy) {
   };
   const double begin_j = energy();
   for (int i = 0; i < 100'000; ++i) {
-    state = body.semi_implicit_step(state, -stiffness_npm * state.p_world_m, {}, dt_s);
-    ASSERT_NEAR(energy(), begin_j, 0.5 * begin_j) << "step " << i;
+    state = leapfrog(body, state, [&](const dvec3& p_m) { return -stiffness_npm * p_m; }, dt_s);
+    ASSERT_NEAR(energy(), begin_j, 0.05 * begin_j) << "step " << i;
   }
 }
 
-TEST(RigidBody, SemiImplicitOrbitFollowsTheOtherMethod) {
+TEST(RigidBody, LeapfrogOrbitFollowsTheOtherMethod) {
   const RigidBody body({.mass_kg = 1.0, .inertia_kgm2 = diagonal(1.0, 2.0, 2.5)}, 0.01);
   const RigidBodyState start =
       body.state({10.0, -20.0, 5.0}, {0.1, 0.2, -0.1}, dquat(1.0, 0.0, 0.0, 0.0), {0.02, 0.0, -0.01});
   const RigidBodyState exact = moved(body, start, {}, 50.0, 5'000);
-  const RigidBodyState state = moved_semi_implicitly(body, start, 50.0, 50'000);
+  const RigidBodyState state = moved_by_leapfrog(body, start, 50.0, 50'000);
   EXPECT_LT(glm::distance(state.p_world_m, exact.p_world_m), 1e-3);
   EXPECT_GT(glm::distance(state.p_world_m, start.p_world_m), 5.0);
   EXPECT_LT(angle_between(state.q_world, exact.q_world), 1e-3);
