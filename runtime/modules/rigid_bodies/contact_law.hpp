@@ -13,7 +13,9 @@
 //            approach, the springs press at least with the stiffness of the law; while they part, with that
 //            stiffness times the stored energy divided by the energy that the law has at these depths. So the
 //            stored energy runs out where the depth does, whatever the normals, points and shares were on the
-//            way, and the factor is 1 where the law itself is conservative.
+//            way, and the factor is 1 where the law itself is conservative. The springs across the normals
+//            store apart from those along them, and never more than the law has. What a pair's dampers have
+//            taken may fill its springs up to the energy of the law.
 //
 // Between two answers of the contact query the plane of the contact is frozen: its normal stays, and the
 // depth changes by the motion of one body relative to the other at the point, along the normal. The point
@@ -57,8 +59,11 @@ struct FrozenContact {
   glm::dvec3 stretch_m{0.0};  ///< of the spring across the normal: the first body relative to its anchor
   /// Of the first body relative to the second, at the point.
   glm::dvec3 velocity_mps{0.0};
-  /// On the first body, of the springs and of the dampers; the second has the opposite ones.
-  glm::dvec3 elastic_n{0.0}, damping_n{0.0};
+  /// On the first body, of the springs along and across the normal, and of the dampers; the second body has
+  /// the opposite ones.
+  glm::dvec3 normal_n{0.0}, across_n{0.0}, damping_n{0.0};
+
+  glm::dvec3 force_n() const noexcept { return normal_n + across_n + damping_n; }
 };
 
 /// Where the point is.
@@ -71,21 +76,29 @@ glm::dvec3 relative_velocity(const glm::dvec3& place_m, const BodyMotion& first,
 /// Updates the depth and the stretch of the spring by a motion with the contact's velocity.
 void follow(FrozenContact& contact, double dt_s) noexcept;
 
-/// The energy that the springs of the points of one pair have by the law.
-double law_energy_j(std::span<const FrozenContact> points, const ContactLaw& law) noexcept;
+/// What the springs of the points of one pair hold.
+struct SpringEnergy {
+  double normal_j = 0.0;  ///< below 0: they have given more than they had, and take that before they give
+  double across_j = 0.0;  ///< as normal_j
+};
+struct StoredEnergy {
+  SpringEnergy springs;
+  double damped_j = 0.0;  ///< that the dampers have taken, at most what the law has
+};
+
+/// The energy that the springs of one pair have by the law.
+SpringEnergy law_energy(std::span<const FrozenContact> points, const ContactLaw& law) noexcept;
 
 /// Sets the forces of the points of one pair, whose depths and velocities are those at the middle of a
-/// substep, and `begin_j` is law_energy_j at its begin. Reduces the stretch of springs that slip, and resets
-/// it where nothing presses. From the stored energy it takes what slipping springs lose, what exceeds
-/// max_stiffening, of what exceeds the law's energy the share `decay`, and all where nothing pressed at the
-/// begin.
-void press(std::span<FrozenContact> points, const ContactLaw& law, double begin_j, double decay,
-           double& stored_j) noexcept;
+/// substep, and `begin` is law_energy at its begin. Reduces the stretch of springs that slip, and resets it
+/// where nothing presses. Of the stored energy, springs along the normal lose what exceeds max_stiffening,
+/// and of what exceeds the law's energy the share `decay`; springs across lose all that exceeds it.
+void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin, double decay,
+           StoredEnergy& stored) noexcept;
 
 /// Adds the work that the bodies did against the forces of a point in a substep, in which the velocity went
-/// from the contact's to `after_mps`, which becomes the contact's. A damper only takes energy. The stored
-/// energy falls below 0 where more was given back: then the pair's springs take that much before they give
-/// any.
-void store_work(FrozenContact& contact, const glm::dvec3& after_mps, double dt_s, double& stored_j) noexcept;
+/// from the contact's to `after_mps`, which becomes the contact's.
+void store_work(FrozenContact& contact, const glm::dvec3& after_mps, double dt_s,
+                StoredEnergy& stored) noexcept;
 
 }  // namespace hil::modules

@@ -27,7 +27,7 @@ FrozenContacts::FrozenContacts(const ContactLaw& law, std::vector<BodySize> size
   points_.reserve(points_per_pair * max_pairs);
   earlier_.reserve(points_per_pair * max_pairs);
   pairs_.reserve(max_pairs);
-  stored_j_.resize(sizes_.size() * sizes_.size());
+  stored_.resize(sizes_.size() * sizes_.size());
 }
 
 void FrozenContacts::begin() noexcept {
@@ -39,7 +39,7 @@ void FrozenContacts::begin() noexcept {
 void FrozenContacts::end() noexcept {
   if (is_first_) {
     for (const Pair& pair : pairs_)
-      stored_j(pair) = law_energy_j(points_of(pair), law_);
+      stored(pair).springs = law_energy(points_of(pair), law_);
   }
   is_first_ = false;
 }
@@ -52,8 +52,10 @@ void FrozenContacts::begin_pair(std::uint32_t first, std::uint32_t second) noexc
                     .begin = static_cast<std::uint32_t>(points_.size()),
                     .decay_per_s = law_.damping_nspm / mass_kg});
   // Springs that had no points in the answer before have lost what they held.
-  double& stored = stored_j(pairs_.back());
-  if (!was_near(first, second)) stored = std::min(stored, 0.0);
+  if (was_near(first, second)) return;
+  const SpringEnergy springs = stored(pairs_.back()).springs;
+  stored(pairs_.back()) = {.springs = {.normal_j = std::min(springs.normal_j, 0.0),
+                                       .across_j = std::min(springs.across_j, 0.0)}};
 }
 
 bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
@@ -119,7 +121,7 @@ void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t 
     const BodyMotion& first = bodies[pair.first];
     const BodyMotion& second = bodies[pair.second];
     const std::span<FrozenContact> points = points_of(pair);
-    const double begin_j = law_energy_j(points, law_);
+    const SpringEnergy begin = law_energy(points, law_);
     for (FrozenContact& point : points) {
       point.velocity_mps = relative_velocity(place_of(point, first, second), first, second);
       follow(point, 0.5 * dt_s);
@@ -131,9 +133,9 @@ void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t 
                           .closing_speed_mps = -glm::dot(point.velocity_mps, point.normal),
                           .depth_m = point.depth_m});
     }
-    press(points, law_, begin_j, std::min(1.0, dt_s * pair.decay_per_s), stored_j(pair));
+    press(points, law_, begin, std::min(1.0, dt_s * pair.decay_per_s), stored(pair));
     for (const FrozenContact& point : points) {
-      const glm::dvec3 force = point.elastic_n + point.damping_n, place_m = place_of(point, first, second);
+      const glm::dvec3 force = point.force_n(), place_m = place_of(point, first, second);
       loads[point.first].force_n += force;
       loads[point.first].torque_nm += glm::cross(place_m - first.p_m, force);
       loads[point.second].force_n -= force;
@@ -149,13 +151,13 @@ double FrozenContacts::end_substep(std::span<const BodyMotion> bodies, double dt
     const BodyMotion& second = bodies[pair.second];
     for (FrozenContact& point : points_of(pair)) {
       const glm::dvec3 place_m = place_of(point, first, second);
-      const glm::dvec3 force = point.elastic_n + point.damping_n;
+      const glm::dvec3 force = point.force_n();
       const auto way_of = [&](const BodyMotion& body) {
         return dt_s * (body.v_mps + glm::cross(body.w_radps, place_m - body.p_m));
       };
       if (sizes_[pair.first].mass_kg == 0.0) work_j -= glm::dot(force, way_of(first));
       if (sizes_[pair.second].mass_kg == 0.0) work_j += glm::dot(force, way_of(second));
-      store_work(point, relative_velocity(place_m, first, second), dt_s, stored_j(pair));
+      store_work(point, relative_velocity(place_m, first, second), dt_s, stored(pair));
       follow(point, 0.5 * dt_s);
     }
   }
@@ -164,8 +166,10 @@ double FrozenContacts::end_substep(std::span<const BodyMotion> bodies, double dt
 
 double FrozenContacts::elastic_energy_j() const noexcept {
   double energy_j = 0.0;
-  for (const Pair& pair : pairs_)
-    energy_j += std::max(0.0, stored_j_[pair.first * sizes_.size() + pair.second]);
+  for (const Pair& pair : pairs_) {
+    const SpringEnergy& springs = stored_[pair.first * sizes_.size() + pair.second].springs;
+    energy_j += std::max(0.0, springs.normal_j) + std::max(0.0, springs.across_j);
+  }
   return energy_j;
 }
 

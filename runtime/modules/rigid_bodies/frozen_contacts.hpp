@@ -71,7 +71,9 @@ class FrozenContacts {
   };
   void begin_pair(std::uint32_t first, std::uint32_t second) noexcept;
   void keep_anchor(FrozenContact& point) noexcept;
-  double& stored_j(const Pair& pair) noexcept { return stored_j_[pair.first * sizes_.size() + pair.second]; }
+  StoredEnergy& stored(const Pair& pair) noexcept {
+    return stored_[pair.first * sizes_.size() + pair.second];
+  }
   std::span<FrozenContact> points_of(const Pair& pair) noexcept {
     return std::span(points_).subspan(pair.begin, pair.count);
   }
@@ -80,7 +82,7 @@ class FrozenContacts {
   const std::vector<BodySize> sizes_;
   std::vector<FrozenContact> points_, earlier_;
   std::vector<Pair> pairs_;
-  std::vector<double> stored_j_;  ///< by first and second body
+  std::vector<StoredEnergy> stored_;  ///< by first and second body
   bool is_first_ = true;
 };
 

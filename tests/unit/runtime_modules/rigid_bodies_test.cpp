@@ -79,9 +79,10 @@ const ContactLaw law{.stiffness_npm = 1000.0, .damping_nspm = 10.0, .friction = 
 
 /// The force of a pair of this one point, whose springs hold what the law has at its depth.
 glm::dvec3 force_of(FrozenContact& point, const ContactLaw& contact_law) {
-  double stored_j = law_energy_j({&point, 1}, contact_law);
-  press({&point, 1}, contact_law, stored_j, 0.0, stored_j);
-  return point.elastic_n + point.damping_n;
+  const SpringEnergy energy = law_energy({&point, 1}, contact_law);
+  StoredEnergy stored{.springs = energy};
+  press({&point, 1}, contact_law, energy, 0.0, stored);
+  return point.force_n();
 }
 
 TEST(ContactLaw, PushesAndNeverPulls) {
@@ -121,17 +122,17 @@ TEST(ContactLaw, DepthFollowsTheMotionAlongTheNormal) {
 /// Points of equal depth press as one; a point that only just touches presses with nothing.
 TEST(ContactLaw, PointsShareTheStiffnessByTheirDepths) {
   FrozenContact points[] = {contact(0.01), contact(0.01), contact(0.01), contact(-0.001)};
-  double stored_j = law_energy_j(points, law);
-  EXPECT_DOUBLE_EQ(stored_j, 0.5 * 1000.0 * 1e-4);
-  press(points, law, stored_j, 0.0, stored_j);
+  StoredEnergy stored{.springs = law_energy(points, law)};
+  EXPECT_DOUBLE_EQ(stored.springs.normal_j, 0.5 * 1000.0 * 1e-4);
+  press(points, law, law_energy(points, law), 0.0, stored);
   double sum_n = 0.0;
   for (const FrozenContact& point : points)
-    sum_n += point.elastic_n.z;
+    sum_n += point.normal_n.z;
   EXPECT_DOUBLE_EQ(sum_n, 10.0);
-  EXPECT_EQ(points[3].elastic_n.z, 0.0);
+  EXPECT_EQ(points[3].normal_n.z, 0.0);
   points[1].depth_m = points[2].depth_m = 1e-9;
-  press(points, law, stored_j, 0.0, stored_j);
-  EXPECT_NEAR(points[0].elastic_n.z, 10.0, 1e-5);
+  press(points, law, law_energy(points, law), 0.0, stored);
+  EXPECT_NEAR(points[0].normal_n.z, 10.0, 1e-5);
 }
 
 /// While the bodies part, the springs give in proportion to what they hold; while they approach, they press
@@ -140,11 +141,11 @@ TEST(ContactLaw, SpringsGiveWhatTheyHold) {
   const ContactLaw undamped{.stiffness_npm = 1000.0};
   const auto force_n = [&](double speed_mps, double held_share) {
     FrozenContact point = contact(0.01, {0.0, 0.0, speed_mps});
-    const double law_j = law_energy_j({&point, 1}, undamped);
-    double stored_j = held_share * law_j;
-    press({&point, 1}, undamped, law_j, 0.0, stored_j);
-    EXPECT_LE(stored_j, max_stiffening * law_j);
-    return point.elastic_n.z;
+    const SpringEnergy by_law = law_energy({&point, 1}, undamped);
+    StoredEnergy stored{.springs = {.normal_j = held_share * by_law.normal_j}};
+    press({&point, 1}, undamped, by_law, 0.0, stored);
+    EXPECT_LE(stored.springs.normal_j, max_stiffening * by_law.normal_j);
+    return point.normal_n.z;
   };
   EXPECT_DOUBLE_EQ(force_n(0.1, 0.3), 3.0);
   EXPECT_DOUBLE_EQ(force_n(-0.1, 0.3), 10.0);
@@ -164,7 +165,8 @@ TEST(ContactLaw, JumpsOfDepthsAndNormalsAddNoEnergy) {
     };
     glm::dvec3 v(uniform(-1.0, 1.0), uniform(-1.0, 1.0), -1.0);
     const double dt_s = 1e-3, first_j = 0.5 * glm::dot(v, v);
-    double stored_j = 0.0, highest_j = 0.0, largest_stored_j = 0.0;
+    StoredEnergy stored;
+    double highest_j = 0.0, largest_stored_j = 0.0;
     std::vector<FrozenContact> points;
     for (int i = 0; i < 2'000; ++i) {
       if (i % 10 == 0) {
@@ -177,19 +179,21 @@ TEST(ContactLaw, JumpsOfDepthsAndNormalsAddNoEnergy) {
           points.back().stretch_m = glm::cross(points.back().normal, glm::dvec3(uniform(-0.01, 0.01)));
         }
       }
-      const double begin_j = law_energy_j(points, undamped);
+      const SpringEnergy begin = law_energy(points, undamped);
       for (FrozenContact& point : points) {
         point.velocity_mps = v;
         follow(point, 0.5 * dt_s);
       }
-      press(points, undamped, begin_j, 0.0, stored_j);
+      press(points, undamped, begin, 0.0, stored);
       for (const FrozenContact& point : points)
-        v += dt_s * (point.elastic_n + point.damping_n);
+        v += dt_s * point.force_n();
       for (FrozenContact& point : points) {
-        store_work(point, v, dt_s, stored_j);
+        store_work(point, v, dt_s, stored);
         follow(point, 0.5 * dt_s);
       }
-      highest_j = std::max(highest_j, 0.5 * glm::dot(v, v) + std::max(0.0, stored_j));
+      const double stored_j =
+          std::max(0.0, stored.springs.normal_j) + std::max(0.0, stored.springs.across_j);
+      highest_j = std::max(highest_j, 0.5 * glm::dot(v, v) + stored_j);
       largest_stored_j = std::max(largest_stored_j, stored_j);
     }
     // More by what one substep gives: 1000 N/m and 1 kg have k h^2 / m of 1e-3.
