@@ -68,29 +68,46 @@ void BodySet::drift(double dt_s) noexcept {
     if (moves(body)) body.state = body.rigid_body->drifted(body.state, dt_s);
 }
 
+void BodySet::kick(double dt_s, bool with_inputs) noexcept {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    Body& body = bodies_[i];
+    if (!moves(body)) continue;
+    glm::dvec3 force_n = loads_[i].force_n, torque_nm = loads_[i].torque_nm;
+    if (with_inputs) {
+      force_n += masses_kg_[i] * gravity_mps2_ + body.state.q_world * body.wrench.force_body_n;
+      torque_nm += body.state.q_world * body.wrench.torque_body_nm;
+      body.state = body.rigid_body->kicked(body.state, force_n, torque_nm, dt_s);
+    } else {
+      body.state.v_world_mps += dt_s / masses_kg_[i] * force_n;
+      body.state.angular_momentum_world_nms += dt_s * torque_nm;
+    }
+    motions_[i].v_mps = body.state.v_world_mps;
+    motions_[i].w_radps = body.rigid_body->w_world_radps(body.state);
+  }
+}
+
 void BodySet::substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept {
   const auto middle_ns = static_cast<std::int64_t>(time_ns + 0.5e9 * dt_s);
   drift(0.5 * dt_s);
   motions_at(middle_ns);
   std::fill(loads_.begin(), loads_.end(), BodyLoad{});
   contacts.add_loads(motions_, middle_ns, dt_s, loads_, touches);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    Body& body = bodies_[i];
-    if (!moves(body)) continue;
-    const RigidBodyState& state = body.state;
-    const glm::dvec3 input_n = state.q_world * body.wrench.force_body_n;
-    const glm::dvec3 input_nm = state.q_world * body.wrench.torque_body_nm;
-    const BodyMotion before = motions_[i];
-    body.state =
-        body.rigid_body->kicked(state, loads_[i].force_n + masses_kg_[i] * gravity_mps2_ + input_n,
-                                loads_[i].torque_nm + input_nm, dt_s);
-    motions_[i].v_mps = body.state.v_world_mps;
-    motions_[i].w_radps = body.rigid_body->w_world_radps(body.state);
-    work_j_ += 0.5 * dt_s * (glm::dot(input_n, before.v_mps + motions_[i].v_mps) +
-                             glm::dot(input_nm, before.w_radps + motions_[i].w_radps));
-  }
-  work_j_ += contacts.end_substep(motions_, dt_s);
+  work_j_ += input_work_j(0.5 * dt_s);
+  kick(dt_s, true);
+  if (contacts.limit(motions_, dt_s, loads_)) kick(dt_s, false);
+  work_j_ += input_work_j(0.5 * dt_s) + contacts.end_substep(motions_, dt_s);
   drift(0.5 * dt_s);
+}
+
+double BodySet::input_work_j(double dt_s) const noexcept {
+  double power_w = 0.0;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& body = bodies_[i];
+    if (!moves(body)) continue;
+    power_w += glm::dot(body.state.q_world * body.wrench.force_body_n, motions_[i].v_mps) +
+               glm::dot(body.state.q_world * body.wrench.torque_body_nm, motions_[i].w_radps);
+  }
+  return dt_s * power_w;
 }
 
 void BodySet::halt(Body& body) noexcept {

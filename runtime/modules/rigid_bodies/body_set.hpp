@@ -60,6 +60,10 @@ class BodySet {
     return body.rigid_body && !body.is_held && !body.has_stopped;
   }
   void drift(double dt_s) noexcept;
+  /// Changes the momenta by the loads, and by gravity and the inputs.
+  void kick(double dt_s, bool with_inputs) noexcept;
+  /// Of the inputs, in dt_s with the velocities of motions_.
+  double input_work_j(double dt_s) const noexcept;
   void substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept;
 
   const glm::dvec3 gravity_mps2_;

@@ -3,6 +3,9 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
 
 namespace hil::modules {
 namespace {
@@ -17,11 +20,13 @@ glm::dvec3 limited(const glm::dvec3& v, double max_length) {
   return length > max_length ? v * (max_length / length) : v;
 }
 
-double depth_sum_m(std::span<const FrozenContact> points) {
-  double sum_m = 0.0;
-  for (const FrozenContact& point : points)
-    sum_m += std::max(0.0, point.depth_m);
-  return sum_m;
+/// The mean depth of a point in a substep, at whose middle it is, while it is not below 0. With it the work of
+/// a spring in the substep is the change of its energy, also where the contact begins or ends.
+double mean_depth_m(const FrozenContact& point, double dt_s) {
+  const double half_way_m = 0.5 * dt_s * std::abs(glm::dot(point.velocity_mps, point.normal));
+  const double deepest_m = point.depth_m + half_way_m;
+  if (point.depth_m >= half_way_m) return point.depth_m;
+  return deepest_m > 0.0 ? 0.25 * deepest_m * deepest_m / half_way_m : 0.0;
 }
 
 /// What the springs along and across the normals give, for a stiffness of 1 N/m of each point, when the bodies
@@ -30,21 +35,21 @@ struct SpringPower {
   double normal = 0.0, across = 0.0;
 };
 
-SpringPower power_of(std::span<const FrozenContact> points) {
+SpringPower power_of(std::span<const FrozenContact> points, std::span<const double> depths_m) {
   SpringPower power;
-  for (const FrozenContact& point : points) {
-    if (point.depth_m <= 0.0) continue;
-    power.normal += point.depth_m * point.depth_m * glm::dot(point.normal, point.velocity_mps);
-    power.across -= point.depth_m * glm::dot(point.stretch_m, point.velocity_mps);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const FrozenContact& point = points[i];
+    power.normal += depths_m[i] * depths_m[i] * glm::dot(point.normal, point.velocity_mps);
+    power.across -= depths_m[i] * glm::dot(point.stretch_m, point.velocity_mps);
   }
   return power;
 }
 
-/// Moves from `damped_j` what the springs lack of the energy of the law.
-void fill(double& stored_j, double law_j, double& damped_j) {
-  const double filled_j = std::clamp(law_j - stored_j, 0.0, damped_j);
+/// Moves from `lost_j` what the springs lack of the energy of the law.
+void fill(double& stored_j, double law_j, double& lost_j) {
+  const double filled_j = std::clamp(law_j - stored_j, 0.0, std::max(0.0, lost_j));
   stored_j += filled_j;
-  damped_j -= filled_j;
+  lost_j -= filled_j;
 }
 
 /// The share of the law's force that springs with this energy have.
@@ -74,7 +79,9 @@ void follow(FrozenContact& contact, double dt_s) noexcept {
 
 SpringEnergy law_energy(std::span<const FrozenContact> points, const ContactLaw& law) noexcept {
   SpringEnergy energy;
-  const double sum_m = depth_sum_m(points);
+  double sum_m = 0.0;
+  for (const FrozenContact& point : points)
+    sum_m += std::max(0.0, point.depth_m);
   for (const FrozenContact& point : points) {
     if (point.depth_m <= 0.0) continue;
     const double half_stiffness = 0.5 * law.stiffness_npm * (point.depth_m / sum_m);
@@ -84,25 +91,30 @@ SpringEnergy law_energy(std::span<const FrozenContact> points, const ContactLaw&
   return energy;
 }
 
-void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin, double decay,
-           StoredEnergy& stored) noexcept {
+void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin, double dt_s,
+           double decay_per_s, StoredEnergy& stored) noexcept {
   SpringEnergy& springs = stored.springs;
-  stored.damped_j = std::min(stored.damped_j, begin.normal_j + begin.across_j);
-  fill(springs.normal_j, begin.normal_j, stored.damped_j);
-  fill(springs.across_j, begin.across_j, stored.damped_j);
-  springs.normal_j = std::min(springs.normal_j, max_stiffening * begin.normal_j);
-  if (springs.normal_j > begin.normal_j) springs.normal_j -= decay * (springs.normal_j - begin.normal_j);
+  const double surplus_j = std::max(0.0, springs.normal_j - begin.normal_j);
+  const double decay = std::min(1.0, decay_per_s * dt_s);
+  const double lost_j = std::max(decay * surplus_j, surplus_j - (max_stiffening - 1.0) * begin.normal_j);
+  springs.normal_j -= lost_j;
   springs.across_j = std::min(springs.across_j, begin.across_j);
+  stored.lost_j = std::min(stored.lost_j + lost_j, begin.normal_j + begin.across_j);
+  fill(springs.normal_j, begin.normal_j, stored.lost_j);
 
-  const SpringPower power = power_of(points);
+  std::array<double, max_points> depths_m{};
+  double sum_m = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    sum_m += depths_m[i] = mean_depth_m(points[i], dt_s);
+  const SpringPower power = power_of(points, depths_m);
   const double normal_factor = factor_of(springs.normal_j, begin.normal_j, power.normal);
   const double across_factor = factor_of(springs.across_j, begin.across_j, power.across);
-  const double sum_m = depth_sum_m(points);
-  for (FrozenContact& point : points) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    FrozenContact& point = points[i];
     point.normal_n = point.across_n = point.damping_n = glm::dvec3(0.0);
-    const double share = point.depth_m > 0.0 ? point.depth_m / sum_m : 0.0;
+    const double share = depths_m[i] > 0.0 ? depths_m[i] / sum_m : 0.0;
     const double stiffness = share * law.stiffness_npm, damping = share * law.damping_nspm;
-    const double spring_n = normal_factor * stiffness * point.depth_m;
+    const double spring_n = normal_factor * stiffness * depths_m[i];
     const double pressed_n =
         share == 0.0 ? 0.0 : std::max(0.0, spring_n - damping * glm::dot(point.velocity_mps, point.normal));
     if (pressed_n == 0.0) {
@@ -119,12 +131,30 @@ void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringE
   }
 }
 
+double share_to_give(std::span<const FrozenContact> points, std::span<const glm::dvec3> after_mps, double dt_s,
+                     const StoredEnergy& stored) noexcept {
+  // The work of a share of the forces is share * first + share^2 * second: the velocities change by it too.
+  double first_j = 0.0, second_j = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const glm::dvec3 force_n = points[i].normal_n + points[i].across_n;
+    first_j += dt_s * glm::dot(force_n, points[i].velocity_mps);
+    second_j += 0.5 * dt_s * glm::dot(force_n, after_mps[i] - points[i].velocity_mps);
+  }
+  const double held_j = std::max(0.0, stored.springs.normal_j + stored.springs.across_j);
+  if (first_j + second_j <= held_j) return 1.0;
+  if (second_j <= 0.0) return first_j > 0.0 ? held_j / first_j : 1.0;
+  // The larger root, in the form that does not cancel.
+  const double root = std::sqrt(first_j * first_j + 4.0 * second_j * held_j);
+  const double share = first_j > 0.0 ? 2.0 * held_j / (first_j + root) : (root - first_j) / (2.0 * second_j);
+  return std::clamp(share, 0.0, 1.0);
+}
+
 void store_work(FrozenContact& contact, const glm::dvec3& after_mps, double dt_s,
                 StoredEnergy& stored) noexcept {
   const glm::dvec3 way_m = 0.5 * dt_s * (contact.velocity_mps + after_mps);
   stored.springs.normal_j -= glm::dot(contact.normal_n, way_m);
   stored.springs.across_j -= glm::dot(contact.across_n, way_m);
-  stored.damped_j -= glm::dot(contact.damping_n, way_m);
+  stored.lost_j -= glm::dot(contact.damping_n, way_m);
   contact.velocity_mps = after_mps;
 }
 

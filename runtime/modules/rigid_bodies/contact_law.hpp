@@ -14,8 +14,8 @@
 //            stiffness times the stored energy divided by the energy that the law has at these depths. So the
 //            stored energy runs out where the depth does, whatever the normals, points and shares were on the
 //            way, and the factor is 1 where the law itself is conservative. The springs across the normals
-//            store apart from those along them, and never more than the law has. What a pair's dampers have
-//            taken may fill its springs up to the energy of the law.
+//            store apart from those along them, and never more than the law has. What a pair's dampers took,
+//            and what its springs lost, may fill its springs up to the energy of the law.
 //
 // Between two answers of the contact query the plane of the contact is frozen: its normal stays, and the
 // depth changes by the motion of one body relative to the other at the point, along the normal. The point
@@ -28,8 +28,12 @@
 
 #include <glm/ext/vector_double3.hpp>
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tuple>
+
+#include <rtstdb/contact.hpp>
 
 namespace hil::modules {
 
@@ -41,6 +45,8 @@ struct ContactLaw {
 
 /// The springs of a pair press with at most this times the stiffness of the law. Energy beyond that is lost.
 inline constexpr double max_stiffening = 2.0;
+/// Of a pair.
+inline constexpr std::size_t max_points = std::tuple_size_v<decltype(rtstdb::ContactPair::points)>;
 
 /// The motion of a body at an instant: of its origin, and its angular rate.
 struct BodyMotion {
@@ -83,7 +89,7 @@ struct SpringEnergy {
 };
 struct StoredEnergy {
   SpringEnergy springs;
-  double damped_j = 0.0;  ///< that the dampers have taken, at most what the law has
+  double lost_j = 0.0;  ///< to dampers, and by springs along the normal; at most what the law has
 };
 
 /// The energy that the springs of one pair have by the law.
@@ -91,10 +97,16 @@ SpringEnergy law_energy(std::span<const FrozenContact> points, const ContactLaw&
 
 /// Sets the forces of the points of one pair, whose depths and velocities are those at the middle of a
 /// substep, and `begin` is law_energy at its begin. Reduces the stretch of springs that slip, and resets it
-/// where nothing presses. Of the stored energy, springs along the normal lose what exceeds max_stiffening,
-/// and of what exceeds the law's energy the share `decay`; springs across lose all that exceeds it.
-void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin, double decay,
-           StoredEnergy& stored) noexcept;
+/// where nothing presses. Of the stored energy, springs along the normal lose what exceeds max_stiffening, and
+/// what exceeds the law's energy at the rate `decay_per_s`; springs across lose all that exceeds it. At most
+/// max_points.
+void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin, double dt_s,
+           double decay_per_s, StoredEnergy& stored) noexcept;
+
+/// The share of the springs' forces whose work in a substep is not more than they hold; 1: all. `after_mps`:
+/// the velocities of the points after the whole forces have acted.
+double share_to_give(std::span<const FrozenContact> points, std::span<const glm::dvec3> after_mps, double dt_s,
+                     const StoredEnergy& stored) noexcept;
 
 /// Adds the work that the bodies did against the forces of a point in a substep, in which the velocity went
 /// from the contact's to `after_mps`, which becomes the contact's.

@@ -3,13 +3,13 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
 namespace hil::modules {
 namespace {
 
-constexpr std::size_t points_per_pair = std::tuple_size_v<decltype(rtstdb::ContactPair::points)>;
 /// An anchor is kept by a point whose place on the body differs by less than this share of the smaller body's
 /// diagonal.
 constexpr double anchor_reach = 0.02;
@@ -24,15 +24,17 @@ glm::dvec3 arm_of(const FrozenContact& point) {
 
 FrozenContacts::FrozenContacts(const ContactLaw& law, std::vector<BodySize> sizes, std::uint32_t max_pairs)
     : law_(law), sizes_(std::move(sizes)) {
-  points_.reserve(points_per_pair * max_pairs);
-  earlier_.reserve(points_per_pair * max_pairs);
+  points_.reserve(max_points * max_pairs);
+  earlier_.reserve(max_points * max_pairs);
   pairs_.reserve(max_pairs);
+  earlier_pairs_.reserve(max_pairs);
   stored_.resize(sizes_.size() * sizes_.size());
 }
 
 void FrozenContacts::begin() noexcept {
   points_.swap(earlier_);
   points_.clear();
+  pairs_.swap(earlier_pairs_);
   pairs_.clear();
 }
 
@@ -86,7 +88,6 @@ bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, s
 }
 
 void FrozenContacts::keep(std::uint32_t first, std::uint32_t second) noexcept {
-  if (!was_near(first, second)) return;
   begin_pair(first, second);
   for (const FrozenContact& point : earlier_) {
     if (point.first != first || point.second != second) continue;
@@ -112,7 +113,18 @@ void FrozenContacts::keep_anchor(FrozenContact& point) noexcept {
 
 bool FrozenContacts::was_near(std::uint32_t first, std::uint32_t second) const noexcept {
   return std::ranges::any_of(
-      earlier_, [&](const FrozenContact& point) { return point.first == first && point.second == second; });
+      earlier_pairs_, [&](const Pair& pair) { return pair.first == first && pair.second == second; });
+}
+
+void FrozenContacts::add_load(const FrozenContact& point, std::span<const BodyMotion> bodies,
+                              const glm::dvec3& force_n, std::span<BodyLoad> loads) noexcept {
+  const BodyMotion& first = bodies[point.first];
+  const BodyMotion& second = bodies[point.second];
+  const glm::dvec3 place_m = place_of(point, first, second);
+  loads[point.first].force_n += force_n;
+  loads[point.first].torque_nm += glm::cross(place_m - first.p_m, force_n);
+  loads[point.second].force_n -= force_n;
+  loads[point.second].torque_nm -= glm::cross(place_m - second.p_m, force_n);
 }
 
 void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
@@ -133,15 +145,34 @@ void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t 
                           .closing_speed_mps = -glm::dot(point.velocity_mps, point.normal),
                           .depth_m = point.depth_m});
     }
-    press(points, law_, begin, std::min(1.0, dt_s * pair.decay_per_s), stored(pair));
-    for (const FrozenContact& point : points) {
-      const glm::dvec3 force = point.force_n(), place_m = place_of(point, first, second);
-      loads[point.first].force_n += force;
-      loads[point.first].torque_nm += glm::cross(place_m - first.p_m, force);
-      loads[point.second].force_n -= force;
-      loads[point.second].torque_nm -= glm::cross(place_m - second.p_m, force);
+    press(points, law_, begin, dt_s, pair.decay_per_s, stored(pair));
+    for (const FrozenContact& point : points)
+      add_load(point, bodies, point.force_n(), loads);
+  }
+}
+
+bool FrozenContacts::limit(std::span<const BodyMotion> bodies, double dt_s,
+                           std::span<BodyLoad> loads) noexcept {
+  bool is_limited = false;
+  for (const Pair& pair : pairs_) {
+    const std::span<FrozenContact> points = points_of(pair);
+    std::array<glm::dvec3, max_points> after_mps{};
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const BodyMotion& first = bodies[pair.first];
+      const BodyMotion& second = bodies[pair.second];
+      after_mps[i] = relative_velocity(place_of(points[i], first, second), first, second);
+    }
+    const double share = share_to_give(points, std::span(after_mps).first(points.size()), dt_s, stored(pair));
+    if (share == 1.0) continue;
+    if (!is_limited) std::fill(loads.begin(), loads.end(), BodyLoad{});
+    is_limited = true;
+    for (FrozenContact& point : points) {
+      add_load(point, bodies, (share - 1.0) * (point.normal_n + point.across_n), loads);
+      point.normal_n *= share;
+      point.across_n *= share;
     }
   }
+  return is_limited;
 }
 
 double FrozenContacts::end_substep(std::span<const BodyMotion> bodies, double dt_s) noexcept {

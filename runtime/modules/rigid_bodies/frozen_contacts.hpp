@@ -40,10 +40,10 @@ class FrozenContacts {
   /// body; nothing is added.
   bool add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
            std::span<const BodyMotion> bodies, double margin_m) noexcept;
-  /// Appends the points that the pair had in the answer before.
+  /// Appends the points that the pair had in the answer before, if it had any.
   void keep(std::uint32_t first, std::uint32_t second) noexcept;
 
-  /// Whether the answer before the last begin() had points of the pair. Before the pair is added.
+  /// Whether the answer before the last begin() listed the pair.
   bool was_near(std::uint32_t first, std::uint32_t second) const noexcept;
 
   /// Completes the points of an answer. The first answer has the springs as the law has them at its depths.
@@ -53,6 +53,10 @@ class FrozenContacts {
   /// loads, and notes the first contacts.
   void add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
                  std::span<BodyLoad> loads, TouchLog& touches) noexcept;
+  /// Reduces the forces of springs that would give more than they hold. `bodies`: at the middle of the substep,
+  /// with the velocities that the loads have given them. The loads are then those that take back the rest of
+  /// the forces. False: no spring does, and the loads are as they were.
+  bool limit(std::span<const BodyMotion> bodies, double dt_s, std::span<BodyLoad> loads) noexcept;
   /// Updates the points to the end of the substep, from the bodies at its middle with the velocities that the
   /// loads have given them, and stores the work that they did against the springs. Returns the work that
   /// fixed bodies did, which move whatever presses them.
@@ -71,6 +75,9 @@ class FrozenContacts {
   };
   void begin_pair(std::uint32_t first, std::uint32_t second) noexcept;
   void keep_anchor(FrozenContact& point) noexcept;
+  /// A force at a point on the first body, and the opposite one on the second.
+  static void add_load(const FrozenContact& point, std::span<const BodyMotion> bodies,
+                       const glm::dvec3& force_n, std::span<BodyLoad> loads) noexcept;
   StoredEnergy& stored(const Pair& pair) noexcept {
     return stored_[pair.first * sizes_.size() + pair.second];
   }
@@ -81,7 +88,7 @@ class FrozenContacts {
   const ContactLaw law_;
   const std::vector<BodySize> sizes_;
   std::vector<FrozenContact> points_, earlier_;
-  std::vector<Pair> pairs_;
+  std::vector<Pair> pairs_, earlier_pairs_;
   std::vector<StoredEnergy> stored_;  ///< by first and second body
   bool is_first_ = true;
 };

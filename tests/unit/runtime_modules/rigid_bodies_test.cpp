@@ -81,7 +81,7 @@ const ContactLaw law{.stiffness_npm = 1000.0, .damping_nspm = 10.0, .friction = 
 glm::dvec3 force_of(FrozenContact& point, const ContactLaw& contact_law) {
   const SpringEnergy energy = law_energy({&point, 1}, contact_law);
   StoredEnergy stored{.springs = energy};
-  press({&point, 1}, contact_law, energy, 0.0, stored);
+  press({&point, 1}, contact_law, energy, 0.0, 0.0, stored);
   return point.force_n();
 }
 
@@ -124,14 +124,14 @@ TEST(ContactLaw, PointsShareTheStiffnessByTheirDepths) {
   FrozenContact points[] = {contact(0.01), contact(0.01), contact(0.01), contact(-0.001)};
   StoredEnergy stored{.springs = law_energy(points, law)};
   EXPECT_DOUBLE_EQ(stored.springs.normal_j, 0.5 * 1000.0 * 1e-4);
-  press(points, law, law_energy(points, law), 0.0, stored);
+  press(points, law, law_energy(points, law), 0.0, 0.0, stored);
   double sum_n = 0.0;
   for (const FrozenContact& point : points)
     sum_n += point.normal_n.z;
   EXPECT_DOUBLE_EQ(sum_n, 10.0);
   EXPECT_EQ(points[3].normal_n.z, 0.0);
   points[1].depth_m = points[2].depth_m = 1e-9;
-  press(points, law, law_energy(points, law), 0.0, stored);
+  press(points, law, law_energy(points, law), 0.0, 0.0, stored);
   EXPECT_NEAR(points[0].normal_n.z, 10.0, 1e-5);
 }
 
@@ -143,7 +143,7 @@ TEST(ContactLaw, SpringsGiveWhatTheyHold) {
     FrozenContact point = contact(0.01, {0.0, 0.0, speed_mps});
     const SpringEnergy by_law = law_energy({&point, 1}, undamped);
     StoredEnergy stored{.springs = {.normal_j = held_share * by_law.normal_j}};
-    press({&point, 1}, undamped, by_law, 0.0, stored);
+    press({&point, 1}, undamped, by_law, 0.0, 0.0, stored);
     EXPECT_LE(stored.springs.normal_j, max_stiffening * by_law.normal_j);
     return point.normal_n.z;
   };
@@ -184,7 +184,7 @@ TEST(ContactLaw, JumpsOfDepthsAndNormalsAddNoEnergy) {
         point.velocity_mps = v;
         follow(point, 0.5 * dt_s);
       }
-      press(points, undamped, begin, 0.0, stored);
+      press(points, undamped, begin, dt_s, 0.0, stored);
       for (const FrozenContact& point : points)
         v += dt_s * point.force_n();
       for (FrozenContact& point : points) {
