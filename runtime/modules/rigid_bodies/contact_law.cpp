@@ -3,7 +3,6 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -35,12 +34,11 @@ struct SpringPower {
   double normal = 0.0, across = 0.0;
 };
 
-SpringPower power_of(std::span<const FrozenContact> points, std::span<const double> depths_m) {
+SpringPower power_of(std::span<const FrozenContact> points) {
   SpringPower power;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const FrozenContact& point = points[i];
-    power.normal += depths_m[i] * depths_m[i] * glm::dot(point.normal, point.velocity_mps);
-    power.across -= depths_m[i] * glm::dot(point.stretch_m, point.velocity_mps);
+  for (const FrozenContact& point : points) {
+    power.normal += point.pressed_m * point.pressed_m * glm::dot(point.normal, point.velocity_mps);
+    power.across -= point.pressed_m * glm::dot(point.stretch_m, point.velocity_mps);
   }
   return power;
 }
@@ -96,25 +94,26 @@ void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringE
   SpringEnergy& springs = stored.springs;
   const double surplus_j = std::max(0.0, springs.normal_j - begin.normal_j);
   const double decay = std::min(1.0, decay_per_s * dt_s);
-  const double lost_j = std::max(decay * surplus_j, surplus_j - (max_stiffening - 1.0) * begin.normal_j);
-  springs.normal_j -= lost_j;
-  springs.across_j = std::min(springs.across_j, begin.across_j);
-  stored.lost_j = std::min(stored.lost_j + lost_j, begin.normal_j + begin.across_j);
+  const double decayed_j = std::max(decay * surplus_j, surplus_j - (max_stiffening - 1.0) * begin.normal_j);
+  const double slipped_j = std::max(0.0, springs.across_j - begin.across_j);
+  springs.normal_j -= decayed_j;
+  springs.across_j -= slipped_j;
+  stored.lost_j = std::min(stored.lost_j + decayed_j + slipped_j, begin.normal_j + begin.across_j);
   fill(springs.normal_j, begin.normal_j, stored.lost_j);
 
-  std::array<double, max_points> depths_m{};
   double sum_m = 0.0;
-  for (std::size_t i = 0; i < points.size(); ++i)
-    sum_m += depths_m[i] = mean_depth_m(points[i], dt_s);
-  const SpringPower power = power_of(points, depths_m);
+  for (FrozenContact& point : points) {
+    point.pressed_m = mean_depth_m(point, dt_s);
+    sum_m += point.pressed_m;
+  }
+  const SpringPower power = power_of(points);
   const double normal_factor = factor_of(springs.normal_j, begin.normal_j, power.normal);
   const double across_factor = factor_of(springs.across_j, begin.across_j, power.across);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    FrozenContact& point = points[i];
+  for (FrozenContact& point : points) {
     point.normal_n = point.across_n = point.damping_n = glm::dvec3(0.0);
-    const double share = depths_m[i] > 0.0 ? depths_m[i] / sum_m : 0.0;
+    const double share = point.pressed_m > 0.0 ? point.pressed_m / sum_m : 0.0;
     const double stiffness = share * law.stiffness_npm, damping = share * law.damping_nspm;
-    const double spring_n = normal_factor * stiffness * depths_m[i];
+    const double spring_n = normal_factor * stiffness * point.pressed_m;
     const double pressed_n =
         share == 0.0 ? 0.0 : std::max(0.0, spring_n - damping * glm::dot(point.velocity_mps, point.normal));
     if (pressed_n == 0.0) {
@@ -131,8 +130,8 @@ void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringE
   }
 }
 
-double share_to_give(std::span<const FrozenContact> points, std::span<const glm::dvec3> after_mps, double dt_s,
-                     const StoredEnergy& stored) noexcept {
+double share_to_give(std::span<const FrozenContact> points, std::span<const glm::dvec3> after_mps,
+                     double dt_s, const StoredEnergy& stored) noexcept {
   // The work of a share of the forces is share * first + share^2 * second: the velocities change by it too.
   double first_j = 0.0, second_j = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {

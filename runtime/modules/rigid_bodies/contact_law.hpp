@@ -28,12 +28,8 @@
 
 #include <glm/ext/vector_double3.hpp>
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
-#include <tuple>
-
-#include <rtstdb/contact.hpp>
 
 namespace hil::modules {
 
@@ -45,8 +41,6 @@ struct ContactLaw {
 
 /// The springs of a pair press with at most this times the stiffness of the law. Energy beyond that is lost.
 inline constexpr double max_stiffening = 2.0;
-/// Of a pair.
-inline constexpr std::size_t max_points = std::tuple_size_v<decltype(rtstdb::ContactPair::points)>;
 
 /// The motion of a body at an instant: of its origin, and its angular rate.
 struct BodyMotion {
@@ -59,6 +53,7 @@ struct FrozenContact {
   std::uint32_t first = 0, second = 0;  ///< numbers of the bodies
   glm::dvec3 normal{0.0};               ///< unit, from the second body to the first
   double depth_m = 0.0;                 ///< negative: the surfaces are apart
+  double pressed_m = 0.0;               ///< mean of the depth in the substep, where it is not below 0
   /// From the origins of the bodies to the point when it was frozen.
   glm::dvec3 first_arm_m{0.0}, second_arm_m{0.0};
   double first_weight = 0.5;  ///< 1: the point moves with the first body; 0: with the second
@@ -98,15 +93,14 @@ SpringEnergy law_energy(std::span<const FrozenContact> points, const ContactLaw&
 /// Sets the forces of the points of one pair, whose depths and velocities are those at the middle of a
 /// substep, and `begin` is law_energy at its begin. Reduces the stretch of springs that slip, and resets it
 /// where nothing presses. Of the stored energy, springs along the normal lose what exceeds max_stiffening, and
-/// what exceeds the law's energy at the rate `decay_per_s`; springs across lose all that exceeds it. At most
-/// max_points.
+/// what exceeds the law's energy at the rate `decay_per_s`; springs across lose all that exceeds it.
 void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin, double dt_s,
            double decay_per_s, StoredEnergy& stored) noexcept;
 
 /// The share of the springs' forces whose work in a substep is not more than they hold; 1: all. `after_mps`:
 /// the velocities of the points after the whole forces have acted.
-double share_to_give(std::span<const FrozenContact> points, std::span<const glm::dvec3> after_mps, double dt_s,
-                     const StoredEnergy& stored) noexcept;
+double share_to_give(std::span<const FrozenContact> points, std::span<const glm::dvec3> after_mps,
+                     double dt_s, const StoredEnergy& stored) noexcept;
 
 /// Adds the work that the bodies did against the forces of a point in a substep, in which the velocity went
 /// from the contact's to `after_mps`, which becomes the contact's.

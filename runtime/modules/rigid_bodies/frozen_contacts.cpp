@@ -10,6 +10,7 @@
 namespace hil::modules {
 namespace {
 
+constexpr std::size_t max_points = std::tuple_size_v<decltype(rtstdb::ContactPair::points)>;
 /// An anchor is kept by a point whose place on the body differs by less than this share of the smaller body's
 /// diagonal.
 constexpr double anchor_reach = 0.02;
@@ -56,8 +57,8 @@ void FrozenContacts::begin_pair(std::uint32_t first, std::uint32_t second) noexc
   // Springs that had no points in the answer before have lost what they held.
   if (was_near(first, second)) return;
   const SpringEnergy springs = stored(pairs_.back()).springs;
-  stored(pairs_.back()) = {.springs = {.normal_j = std::min(springs.normal_j, 0.0),
-                                       .across_j = std::min(springs.across_j, 0.0)}};
+  stored(pairs_.back()) = {
+      .springs = {.normal_j = std::min(springs.normal_j, 0.0), .across_j = std::min(springs.across_j, 0.0)}};
 }
 
 bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
@@ -112,8 +113,8 @@ void FrozenContacts::keep_anchor(FrozenContact& point) noexcept {
 }
 
 bool FrozenContacts::was_near(std::uint32_t first, std::uint32_t second) const noexcept {
-  return std::ranges::any_of(
-      earlier_pairs_, [&](const Pair& pair) { return pair.first == first && pair.second == second; });
+  return std::ranges::any_of(earlier_pairs_,
+                             [&](const Pair& pair) { return pair.first == first && pair.second == second; });
 }
 
 void FrozenContacts::add_load(const FrozenContact& point, std::span<const BodyMotion> bodies,
@@ -137,17 +138,18 @@ void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t 
     for (FrozenContact& point : points) {
       point.velocity_mps = relative_velocity(place_of(point, first, second), first, second);
       follow(point, 0.5 * dt_s);
-      if (point.depth_m <= 0.0) continue;
+    }
+    press(points, law_, begin, dt_s, pair.decay_per_s, stored(pair));
+    for (const FrozenContact& point : points) {
+      if (point.pressed_m <= 0.0) continue;
       touches.note_first({.first = point.first,
                           .second = point.second,
                           .time_ns = time_ns,
                           .place_m = place_of(point, first, second),
                           .closing_speed_mps = -glm::dot(point.velocity_mps, point.normal),
-                          .depth_m = point.depth_m});
-    }
-    press(points, law_, begin, dt_s, pair.decay_per_s, stored(pair));
-    for (const FrozenContact& point : points)
+                          .depth_m = point.pressed_m});
       add_load(point, bodies, point.force_n(), loads);
+    }
   }
 }
 

@@ -43,8 +43,8 @@ namespace hil::modules {
 namespace {
 
 constexpr std::array<const char*, 13> module_outputs{
-    "kinetic_energy", "contacts", "depth", "touched", "undecided", "overflows", "late", "rows", "stopped",
-    "elastic_energy", "energy", "work", "dissipated"};
+    "kinetic_energy", "contacts", "depth",          "touched", "undecided", "overflows", "late",
+    "rows",           "stopped",  "elastic_energy", "energy",  "work",      "dissipated"};
 
 constexpr std::int64_t rigid_track_every_ns = 100'000'000;
 constexpr std::size_t max_rigid_track_points = 1u << 13;

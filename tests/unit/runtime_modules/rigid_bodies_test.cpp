@@ -191,8 +191,7 @@ TEST(ContactLaw, JumpsOfDepthsAndNormalsAddNoEnergy) {
         store_work(point, v, dt_s, stored);
         follow(point, 0.5 * dt_s);
       }
-      const double stored_j =
-          std::max(0.0, stored.springs.normal_j) + std::max(0.0, stored.springs.across_j);
+      const double stored_j = std::max(0.0, stored.springs.normal_j) + std::max(0.0, stored.springs.across_j);
       highest_j = std::max(highest_j, 0.5 * glm::dot(v, v) + stored_j);
       largest_stored_j = std::max(largest_stored_j, stored_j);
     }

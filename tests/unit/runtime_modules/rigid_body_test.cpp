@@ -169,7 +169,8 @@ RigidBodyState leapfrog(const RigidBody& body, const RigidBodyState& state, Forc
 
 RigidBodyState moved_by_leapfrog(const RigidBody& body, RigidBodyState state, double duration_s, int steps) {
   for (int i = 0; i < steps; ++i)
-    state = leapfrog(body, state, [](const dvec3&) { return dvec3(0.0); }, duration_s / steps);
+    state = leapfrog(
+        body, state, [](const dvec3&) { return dvec3(0.0); }, duration_s / steps);
   return state;
 }
 
@@ -198,7 +199,8 @@ TEST(RigidBody, LeapfrogSpringKeepsItsEnergy) {
   };
   const double begin_j = energy();
   for (int i = 0; i < 100'000; ++i) {
-    state = leapfrog(body, state, [&](const dvec3& p_m) { return -stiffness_npm * p_m; }, dt_s);
+    state = leapfrog(
+        body, state, [&](const dvec3& p_m) { return -stiffness_npm * p_m; }, dt_s);
     ASSERT_NEAR(energy(), begin_j, 0.05 * begin_j) << "step " << i;
   }
 }
