@@ -28,7 +28,7 @@ struct PlacedBody {
 /// - for a body that would rest under its weight deeper than half of its smallest edge: contacts have no
 ///   definite normal there;
 /// - if a force at a corner of a body's box moves the corner more in a substep than the stiffness or the
-///   damping permits, because its inertia is small: a substep would add energy.
+///   damping permits, because its inertia is small.
 std::vector<PlacedBody> read_placed_bodies(World& world, const std::string& caller,
                                            const RigidBodiesOptions& options,
                                            std::span<const rtstdb::EntityId> entities, double substep_s);
