@@ -6,6 +6,7 @@
 #include <memory>
 #include <new>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,21 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t min_points = 64;
 constexpr std::size_t first_points = 512;
+
+/// Calls the function of the options, which is the caller's.
+Result<void> report_progress(const FieldOptions& options, const FieldProgress& progress) {
+  if (!options.progress) return {};
+  std::string thrown = "an exception that is no std::exception";
+  try {
+    options.progress(progress);
+    return {};
+  } catch (const std::exception& exception) {
+    thrown = exception.what();
+  } catch (...) {
+  }
+  return Error{ErrorCode::bad_input, "the progress function of a field threw: " + thrown +
+                                         "; it must return, so there is no field"};
+}
 
 /// Executes `step` on the engine thread.
 template <class Step>
@@ -74,7 +90,7 @@ Result<FieldReport> FieldJob::run(GeometryId geometry, const TriangleMesh& mesh,
     if (!sampled) return sampled.error();
     if (auto taken = build.take(results); !taken) return taken.error();
     if (count == size) size = next_size(size, took, part);
-    if (options.progress) options.progress(build.progress());
+    if (auto reported = report_progress(options, build.progress()); !reported) return reported.error();
   }
   auto field = std::make_shared<field::StoredField>(std::move(build).field());
   field->report.seconds = std::chrono::duration<double>(SteadyClock::now() - begun_at).count();

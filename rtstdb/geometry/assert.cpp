@@ -1,12 +1,17 @@
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 
 #include <rtstdb/result.hpp>
 
 namespace rtstdb {
 
 void assertion_failed(const char* rule, const char* file, int line) noexcept {
-  std::fprintf(stderr, "%s:%d: rtstdb was misused: %s\n", file, line, rule);
+  // The path of the source in the repository, wherever that was built.
+  const std::string_view path(file);
+  const std::size_t begin = path.rfind("rtstdb/");
+  const char* source = begin == std::string_view::npos ? file : file + begin;
+  std::fprintf(stderr, "%s:%d: rtstdb was misused: the rule %s does not hold\n", source, line, rule);
   std::abort();
 }
 

@@ -10,7 +10,9 @@ namespace rtstdb {
 
 Ray pixel_ray(const Camera& camera, std::uint32_t width, std::uint32_t height, std::uint32_t column,
               std::uint32_t row) noexcept {
-  RTSTDB_ASSERT(column < width && row < height);
+  RTSTDB_REQUIRE(
+      column < width && row < height, "pixel_ray",
+      "the pixel lies beyond the image; its column is below the width and its row below the height");
   const double half_x = std::tan(0.5 * static_cast<double>(camera.horizontal_angle_rad));
   const double half_y = half_x * height / width;
   const double right = (2.0 * column + 1.0) / width - 1.0;

@@ -20,6 +20,11 @@ namespace rtstdb::query {
 
 class GpuExecutor final : public Executor {
  public:
+  /// Misuse while a query is left.
+  ~GpuExecutor() override {
+    RTSTDB_REQUIRE(prepared_->empty(), "Database's destructor",
+                   "a prepared query outlives its database; destroy it first");
+  }
   /// `open` is also called later, on the engine thread.
   static Result<std::unique_ptr<GpuExecutor>> create(OpenDevice open, const DatabaseOptions& options);
 

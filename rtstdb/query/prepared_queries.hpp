@@ -22,6 +22,10 @@ class PreparedQueries {
     const std::scoped_lock lock(mutex_);
     std::erase(queries_, &query);
   }
+  bool empty() noexcept {
+    const std::scoped_lock lock(mutex_);
+    return queries_.empty();
+  }
   /// Calls `each` with every query until it returns false. No query is destroyed during the call.
   template <class Each>
   void visit(const Each& each) {

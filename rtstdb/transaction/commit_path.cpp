@@ -198,7 +198,7 @@ Status CommitPath::execute_unpublished(TransactionImpl& transaction) noexcept {
     version = *std::get_if<store::Snapshot>(&found);
     if (!preconditions_hold(transaction, *version)) return Status::conflict;
   }
-  scheduler::Run& run = parts_.runs.push(transaction, transaction.outcome().started);
+  scheduler::Run& run = parts_.runs.push(transaction, transaction.ScheduledTransaction::outcome().started);
   QueryCost cost;
   const auto failure = parts_.queries.execute(transaction, run, *version, &alone, cost);
   // Published and discarded under the lock: a version without readers costs what a commit costs.

@@ -122,6 +122,8 @@ void Engine::submit(Transaction& transaction) noexcept {
   auto& submitted = static_cast<TransactionImpl&>(transaction);
   RTSTDB_REQUIRE(&submitted.engine() == this, "Database::submit",
                  "the transaction was made by another database");
+  RTSTDB_REQUIRE(getpid() == process_, "Database::submit",
+                 "the process was forked, and the engine's threads are in its parent; open a database there");
   submitted.mark_pending();
   submitted.draft().submitted = clock_.now();
   scheduler::Reservations::submitted(submitted, *this);
@@ -260,7 +262,7 @@ void Engine::settle(TransactionImpl& transaction, Status status) noexcept {
 }
 
 void Engine::return_to_owner(TransactionImpl& transaction, Status status) noexcept {
-  outcomes_.ended(status, transaction.outcome(), transaction.terms());
+  outcomes_.ended(status, transaction.ScheduledTransaction::outcome(), transaction.terms());
   scheduler::Reservations::returned(transaction);
   transaction.finish(status);  // its owner may destroy it from here on
 }
@@ -460,7 +462,7 @@ void Engine::take_job(EngineJob& job) noexcept {
 }
 
 void Engine::return_held(TransactionImpl& transaction) noexcept {
-  return_to_owner(transaction, transaction.outcome().status);
+  return_to_owner(transaction, transaction.ScheduledTransaction::outcome().status);
 }
 
 }  // namespace rtstdb::transaction

@@ -13,6 +13,9 @@
 // constructor, destructor, make_transaction, listen, calibrate and reserve are setup. submit, wait, cancel
 // and latest neither allocate nor take a lock.
 
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -176,6 +179,7 @@ class Engine final : private query::ExecutorCallbacks,
   const double max_reserved_share_;
   const Nanoseconds spin_;  ///< of owners and of the engine; zero: neither spins
   const Clock& clock_;
+  const pid_t process_ = getpid();  ///< whose threads the engine has
 
   // Any thread.
   OutcomeCounts outcomes_;

@@ -22,7 +22,7 @@ TransactionImpl* HeldTransactions::release(Version durable, bool refused, const 
   take_over();
   if (first_ == nullptr) return nullptr;
   auto& transaction = static_cast<TransactionImpl&>(*first_);
-  const bool is_durable = transaction.outcome().version <= durable;
+  const bool is_durable = transaction.ScheduledTransaction::outcome().version <= durable;
   if (!is_durable && !refused) return nullptr;
   first_ = std::exchange(transaction.next, nullptr);
   if (first_ == nullptr) end_ = &first_;

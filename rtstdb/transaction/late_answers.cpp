@@ -25,7 +25,7 @@ void publish_answers(const query::Request& request, std::uint32_t answered,
                          .missing = missing,
                          .version = version.version,
                          .version_time = version.time,
-                         .published = transaction.outcome().published};
+                         .published = transaction.ScheduledTransaction::outcome().published};
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ void begin_point(scheduler::Run& run, const Clock& clock) noexcept {
   scheduler::ScheduledTransaction& transaction = *run.transaction;
   if (!may_be_partial(transaction)) return;
   const ClockTime now = clock.now();
-  run.last_chunk = now - run.resumed_at.value_or(transaction.outcome().started);
+  run.last_chunk = now - run.resumed_at.value_or(transaction.ScheduledTransaction::outcome().started);
   if (now > transaction.terms().deadline) return;
   for (query::Request& request : transaction.requests())
     request.answered_in_time = request.query->answered();

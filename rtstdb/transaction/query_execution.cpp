@@ -119,7 +119,7 @@ std::optional<BadInput> QueryExecution::check(TransactionImpl& transaction, cons
 void QueryExecution::update_costs(TransactionImpl& transaction, const QueryCost& cost) noexcept {
   const auto requests = transaction.requests();
   if (requests.empty() || clock_.is_virtual()) return;
-  const bool partial = transaction.outcome().partial;
+  const bool partial = transaction.ScheduledTransaction::outcome().partial;
   const auto declared = transaction.declared_counts();
   for (std::size_t k = 0; k < requests.size() && partial; ++k)
     requests[k].count = std::min(requests[k].count, requests[k].query->answered());

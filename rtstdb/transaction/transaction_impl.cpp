@@ -50,6 +50,12 @@ void TransactionImpl::require_declaring(const char* call) const noexcept {
   require_begun(call);
 }
 
+const Outcome& TransactionImpl::outcome() const noexcept {
+  RTSTDB_REQUIRE(status() != Status::idle, "Transaction::outcome",
+                 "the transaction was not submitted since its last begin (Database::submit)");
+  return outcome_;
+}
+
 void TransactionImpl::require_begun(const char* call) const noexcept {
   RTSTDB_REQUIRE(begun_, call, "the transaction was never begun; call Transaction::begin first");
 }

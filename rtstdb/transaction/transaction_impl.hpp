@@ -46,7 +46,7 @@ class TransactionImpl final : public Transaction, public scheduler::ScheduledTra
   EntityId created(std::uint32_t ordinal) const noexcept override;
   const EntityState* state(std::uint32_t ordinal) const noexcept override;
   Status status() const noexcept override { return static_cast<Status>(status_.get()); }
-  const Outcome& outcome() const noexcept override { return outcome_; }
+  const Outcome& outcome() const noexcept override;
 
   // ---- any thread
   /// False: it is not pending.

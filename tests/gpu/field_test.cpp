@@ -242,6 +242,19 @@ TEST_P(RealFields, HaveTheWantedError) {
 
 class DatabaseFields : public DatabaseTest {};
 
+TEST_F(DatabaseFields, AreRefusedWhenTheirProgressFunctionThrows) {
+  FieldOptions options;
+  options.progress = [](const FieldProgress&) { throw std::runtime_error("stop here"); };
+  const auto refused = database().add_geometry(make_torus(3.0, 0.8, 24), "throws", {.field = options});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::bad_input);
+  EXPECT_NE(refused.error().message.find("threw: stop here"), std::string::npos) << refused.error().message;
+  options.progress = [](const FieldProgress&) { throw 1; };
+  const GeometryId without = add(make_torus(3.0, 0.8, 24));
+  EXPECT_FALSE(database().build_field(without, options).ok());
+  EXPECT_TRUE(database().build_field(without, {}).ok()) << "the build that was given up leaves nothing";
+}
+
 TEST_F(DatabaseFields, AreBuiltWithAGeometryOrLater) {
   const TriangleMesh mesh = make_torus(3.0, 0.8, 24);
   std::uint64_t before = 0, calls = 0;

@@ -1,6 +1,7 @@
 // Rays of RayMode::first: several hits, in order.
 
 #include <algorithm>
+#include <optional>
 
 #include "tests/gpu/dense_meshes.hpp"
 #include "tests/gpu/random_queries.hpp"
@@ -57,14 +58,18 @@ TEST_F(FirstHits, HaveALimitPerRayAndPerQuery) {
   const auto refused = [&](RayMode mode, std::uint32_t hits_per_ray, std::uint32_t capacity) {
     const auto query = database().prepare(
         RayQueryOptions{.name = "many", .capacity = capacity, .mode = mode, .hits_per_ray = hits_per_ray});
-    return !query.ok() && query.error().code == ErrorCode::capacity;
+    return query.ok() ? std::nullopt : std::optional(query.error().code);
   };
-  EXPECT_TRUE(refused(RayMode::first, 0, 1));
-  EXPECT_TRUE(refused(RayMode::first, max_hits_per_ray + 1, 1));
-  EXPECT_TRUE(refused(RayMode::closest, 2, 1));
-  EXPECT_TRUE(refused(RayMode::any, 2, 1));
-  EXPECT_TRUE(refused(RayMode::first, max_hits_per_ray, max_hits_per_query / max_hits_per_ray + 1));
-  EXPECT_FALSE(refused(RayMode::first, max_hits_per_ray, 4));
+  EXPECT_EQ(refused(RayMode::first, 0, 1), ErrorCode::capacity);
+  EXPECT_EQ(refused(RayMode::first, max_hits_per_ray + 1, 1), ErrorCode::capacity);
+  EXPECT_EQ(refused(RayMode::first, max_hits_per_ray, max_hits_per_query / max_hits_per_ray + 1),
+            ErrorCode::capacity);
+  EXPECT_EQ(refused(RayMode::first, max_hits_per_ray, 4), std::nullopt);
+  for (const RayMode mode : {RayMode::closest, RayMode::any}) {
+    for (const std::uint32_t hits_per_ray : {0u, 2u, max_hits_per_ray + 1})
+      EXPECT_EQ(refused(mode, hits_per_ray, 1), ErrorCode::bad_input);
+    EXPECT_EQ(refused(mode, 1, 1), std::nullopt);
+  }
 }
 
 class RandomFirstHits : public RandomQueries {

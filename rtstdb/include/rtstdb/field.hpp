@@ -48,7 +48,7 @@ struct FieldOptions {
   std::uint64_t max_bytes = std::uint64_t{256} << 20;
   /// Called after each part of the build, on the thread that waits for it; empty: not called. With
   /// on_first_use that is the thread that prepares the query, so what the function refers to has to live
-  /// until then.
+  /// until then. If it throws, the build ends without a field and with bad_input.
   std::function<void(const FieldProgress&)> progress{};
 };
 

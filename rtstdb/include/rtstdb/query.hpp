@@ -19,7 +19,7 @@
 //   capacity   exceeded capacities are flagged in the answer, never silent
 //   threads    A query belongs to one transaction at a time. From submit to the outcome, the caller neither
 //              writes its input span nor reads its answers.
-//   lifetime   a query must not outlive its Database
+//   lifetime   a query must not outlive its Database, whose destructor aborts then
 
 #include <glm/ext/quaternion_float.hpp>
 #include <glm/ext/vector_float3.hpp>
@@ -97,7 +97,7 @@ struct RayQueryOptions {
   std::string name{};          ///< for reports and error texts
   std::uint32_t capacity = 0;  ///< rays in a batch: 1 to max_rays_per_query
   RayMode mode = RayMode::closest;
-  std::uint32_t hits_per_ray = 1;  ///< RayMode::first: 1 to max_hits_per_ray; else 1
+  std::uint32_t hits_per_ray = 1;  ///< RayMode::first: 1 to max_hits_per_ray; else 1 (bad_input)
   Faces faces = Faces::both;
   /// True: every entity, carriers included, stays at its pose at the version's time, whatever the times of
   /// the rays (the paper's "temporal unaware" case, Section 6). v_relative_mps still follows from the

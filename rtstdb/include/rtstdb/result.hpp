@@ -1,6 +1,6 @@
 #pragma once
 // Results and errors. Three kinds of failure, never mixed:
-//   misuse of the API   an assertion that stays on in release builds (RTSTDB_ASSERT)
+//   misuse of the API   an assertion that stays on in release builds (RTSTDB_REQUIRE)
 //   bad input           refused with its values: Result<T> at setup, Outcome::bad_input in transactions
 //   expected events     a missed deadline, an overflow, a lost device: values in the result
 
@@ -82,7 +82,7 @@ class [[nodiscard]] Result<void> {
   std::optional<Error> error_;
 };
 
-/// Prints the violated rule with its file and line, then aborts.
+/// Prints the violated rule with its line in a source of the repository, then aborts.
 [[noreturn]] void assertion_failed(const char* rule, const char* file, int line) noexcept;
 
 }  // namespace rtstdb

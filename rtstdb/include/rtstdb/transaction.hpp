@@ -278,7 +278,7 @@ class Transaction {
   virtual const EntityState* state(std::uint32_t ordinal) const noexcept = 0;
   /// Any thread may call it. The outcome is final when this is neither idle nor pending.
   virtual Status status() const noexcept = 0;
-  /// Misuse: before the outcome.
+  /// Misuse: before the outcome. It aborts where nothing was submitted since the last begin.
   virtual const Outcome& outcome() const noexcept = 0;
 };
 

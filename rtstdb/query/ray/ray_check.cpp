@@ -18,7 +18,13 @@ bool is_range(float lambda_min, float lambda_max) noexcept {
 }
 
 Result<void> check_hits_per_ray(const RayQueryOptions& options) {
-  const std::uint32_t max_hits = options.mode == RayMode::first ? max_hits_per_ray : 1;
+  if (options.mode != RayMode::first && options.hits_per_ray != 1) {
+    return Error{ErrorCode::bad_input, "ray query '" + options.name + "' has hits_per_ray " +
+                                           std::to_string(options.hits_per_ray) + " in the mode " +
+                                           to_string(options.mode) +
+                                           ", whose rays have 1; use RayMode::first for more"};
+  }
+  constexpr std::uint32_t max_hits = max_hits_per_ray;
   if (options.hits_per_ray == 0 || options.hits_per_ray > max_hits) {
     return Error{ErrorCode::capacity, "ray query '" + options.name + "' asks for " +
                                           std::to_string(options.hits_per_ray) + " hits a ray; 1 to " +
