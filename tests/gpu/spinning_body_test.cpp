@@ -17,8 +17,8 @@ namespace {
 
 class SpinningBody : public DatabaseTest {};
 
-/// The precision that entity.hpp states: 2.4e-7 of the angle turned in a second, and 2e-6 rad, however far the
-/// times of a batch are apart.
+/// The precision that entity.hpp states: 2.4e-7 of the angle turned in a second, and 2e-6 rad, however far
+/// the times of a batch are apart.
 /// Rays hit a cube that turns about z; the normal of a hit shows the angle but for quarter turns.
 TEST_F(SpinningBody, HasTheStatedPrecision) {
   constexpr double quarter = 0.5 * std::numbers::pi;

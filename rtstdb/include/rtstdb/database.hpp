@@ -17,8 +17,9 @@
 // and the threads of the Vulkan driver, are created inside open. Threads inherit the priority and the CPU
 // affinity of their creator, so call open before the calling thread changes its own.
 //
-// Processes: only the process that opened a database uses it. A child that was forked has none of its threads:
-// it executes another program or ends by _exit, or opens a database of its own. submit and execute abort there.
+// Processes: only the process that opened a database uses it. A child that was forked has none of its
+// threads: it executes another program or ends by _exit, or opens a database of its own. submit and execute
+// abort there.
 //
 // Lifetime: transactions, prepared queries, standing queries and reservations must be destroyed before the
 // database. Its destructor aborts if a query is left.

@@ -7,8 +7,8 @@
 //     p_world(t) = p + v (t - valid_from) + R(exp(w (t - valid_from)) q) (scale * p_entity)
 // with w in the world frame (rad/s). The rotation is the exponential map, not the paper's forward Euler step
 // (Equation 1), which turns by 2 atan(w dt / 2). The functions of this header compute it in double precision.
-// Queries compute it in single precision from an instant near the times of their batch: they are off by at most
-// 2.4e-7 of the angle that the body turns in a second, and 2e-6 rad; that is 2.4e-3 rad at 10,000 rad/s.
+// Queries compute it in single precision from an instant near the times of their batch: they are off by at
+// most 2.4e-7 of the angle that the body turns in a second, and 2e-6 rad; that is 2.4e-3 rad at 10,000 rad/s.
 //
 // Threads: pure functions and plain data.
 

@@ -69,9 +69,9 @@ class RigidBody {
 
   /// The state after dt_s. The error of one step is of order dt_s^5.
   RigidBodyState step(const RigidBodyState& state, const Wrench& wrench, double dt_s) const noexcept;
-  /// The two parts of a step of the leapfrog method: drifted() by half a step, kicked() by a whole one with the
-  /// forces there, drifted() by half a step. The work of a constant force in the step is exactly the force
-  /// times the mean of the velocities before and after the kick.
+  /// The two parts of a step of the leapfrog method: drifted() by half a step, kicked() by a whole one with
+  /// the forces there, drifted() by half a step. The work of a constant force in the step is exactly the
+  /// force times the mean of the velocities before and after the kick.
   ///
   /// The state after dt_s of motion with the momenta that it has. The rotation is exact for the angular rate
   /// at the middle, which follows from the angular momentum: there is no gyroscopic term that could become

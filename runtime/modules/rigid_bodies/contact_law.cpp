@@ -19,8 +19,8 @@ glm::dvec3 limited(const glm::dvec3& v, double max_length) {
   return length > max_length ? v * (max_length / length) : v;
 }
 
-/// The mean depth of a point in a substep, at whose middle it is, while it is not below 0. With it the work of
-/// a spring in the substep is the change of its energy, also where the contact begins or ends.
+/// The mean depth of a point in a substep, at whose middle it is, while it is not below 0. With it the work
+/// of a spring in the substep is the change of its energy, also where the contact begins or ends.
 double mean_depth_m(const FrozenContact& point, double dt_s) {
   const double half_way_m = 0.5 * dt_s * std::abs(glm::dot(point.velocity_mps, point.normal));
   const double deepest_m = point.depth_m + half_way_m;
@@ -28,8 +28,8 @@ double mean_depth_m(const FrozenContact& point, double dt_s) {
   return deepest_m > 0.0 ? 0.25 * deepest_m * deepest_m / half_way_m : 0.0;
 }
 
-/// What the springs along and across the normals give, for a stiffness of 1 N/m of each point, when the bodies
-/// move with the points' velocities.
+/// What the springs along and across the normals give, for a stiffness of 1 N/m of each point, when the
+/// bodies move with the points' velocities.
 struct SpringPower {
   double normal = 0.0, across = 0.0;
 };

@@ -1,6 +1,6 @@
 #pragma once
-// The forces at the contact points of a pair of bodies: a spring and a damper along each normal, a spring with
-// Coulomb friction across it, and the elastic energy of the pair.
+// The forces at the contact points of a pair of bodies: a spring and a damper along each normal, a spring
+// with Coulomb friction across it, and the elastic energy of the pair.
 //
 //   share    Each point has a share of the pair's stiffness and damping: its depth divided by the sum of the
 //            depths. So a force changes continuously when a point comes or goes, and points of equal depth
@@ -9,13 +9,13 @@
 //   across   A spring of the same stiffness and damping, anchored where the bodies were when the contact
 //            began. It slips when the spring's force exceeds friction * N: then its anchor follows. The whole
 //            force across is at most friction * N.
-//   energy   A pair stores the work that is done against its springs, and gives back no more. While the bodies
-//            approach, the springs press at least with the stiffness of the law; while they part, with that
-//            stiffness times the stored energy divided by the energy that the law has at these depths. So the
-//            stored energy runs out where the depth does, whatever the normals, points and shares were on the
-//            way, and the factor is 1 where the law itself is conservative. The springs across the normals
-//            store apart from those along them, and never more than the law has. What a pair's dampers took,
-//            and what its springs lost, may fill its springs up to the energy of the law.
+//   energy   A pair stores the work that is done against its springs, and gives back no more. While the
+//            bodies approach, the springs press at least with the stiffness of the law; while they part, with
+//            that stiffness times the stored energy divided by the energy that the law has at these depths.
+//            So the stored energy runs out where the depth does, whatever the normals, points and shares were
+//            on the way, and the factor is 1 where the law itself is conservative. The springs across the
+//            normals store apart from those along them, and never more than the law has. What a pair's
+//            dampers took, and what its springs lost, may fill its springs up to the energy of the law.
 //
 // Between two answers of the contact query the plane of the contact is frozen: its normal stays, and the
 // depth changes by the motion of one body relative to the other at the point, along the normal. The point
@@ -92,8 +92,8 @@ SpringEnergy law_energy(std::span<const FrozenContact> points, const ContactLaw&
 
 /// Sets the forces of the points of one pair, whose depths and velocities are those at the middle of a
 /// substep, and `begin` is law_energy at its begin. Reduces the stretch of springs that slip, and resets it
-/// where nothing presses. Of the stored energy, springs along the normal lose what exceeds max_stiffening, and
-/// what exceeds the law's energy at the rate `decay_per_s`; springs across lose all that exceeds it.
+/// where nothing presses. Of the stored energy, springs along the normal lose what exceeds max_stiffening,
+/// and what exceeds the law's energy at the rate `decay_per_s`; springs across lose all that exceeds it.
 void press(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin, double dt_s,
            double decay_per_s, StoredEnergy& stored) noexcept;
 

@@ -17,7 +17,8 @@
 //          stopped: bodies that would have left what the database permits; they rest from then on
 //          elastic_energy (J): that the contacts hold
 //          energy (J): of motion, of height above the world's origin along gravity, and elastic
-//          work (J): so far of the inputs, and of fixed bodies that move; less what held and stopped bodies had
+//          work (J): so far of the inputs, and of fixed bodies that move; less the energy of motion of bodies
+//          that were held or stopped
 //          dissipated (J): energy at run time 0, plus work, minus energy: what dampers, friction and contacts
 //          that change have taken so far. Never below 0, up to rounding and the error of the integration.
 //          of each body B with a mass: B.x ... as of a free_body (body_ports.hpp)

@@ -238,8 +238,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Bounce{false, "stiffness: 10 kN/m, margin: 40 mm, substeps: 40", 250},
                       Bounce{false, "stiffness: 1600 kN/m, margin: 10 mm, substeps: 4", 1000}));
 
-/// With damping, bodies on one point and on several come to rest where a spring of the whole stiffness carries
-/// them, also those that fell onto a corner.
+/// With damping, bodies on one point and on several come to rest where a spring of the whole stiffness
+/// carries them, also those that fell onto a corner.
 TEST_F(RigidBodiesEnergy, BodiesRestAtTheDepthOfTheirWeight) {
   for (const std::int64_t rate_hz : {250, 1000}) {
     SCOPED_TRACE(rate_hz);
