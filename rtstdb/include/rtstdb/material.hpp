@@ -27,7 +27,9 @@ struct Material {
   double retro_gain = 0.0;
   /// Share of the light that a matt surface scatters, and the colour of what a metal reflects: 0 to 1 each.
   glm::dvec3 base_color{0.8};
-  double metallic = 0.0;  ///< 0 to 1. 0: not a metal; 1: a metal; between: a mixture of both
+  /// 0 to 1. 0: not a metal; 1: a metal; between: a mixture, of which this share scatters light as the metal
+  /// alone and the rest as the surface with metallic 0 alone.
+  double metallic = 0.0;
   /// 0 to 1. 0: a mirror; 1: the roughest surface. The width of the microfacet distribution (GGX, alpha) is
   /// its square. Below 0.03 an image shows a smooth mirror.
   double roughness = 1.0;

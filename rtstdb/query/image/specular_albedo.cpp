@@ -41,15 +41,19 @@ glm::vec4 terms(double cosine, double roughness) {
   for (std::uint32_t k = 0; k < samples_a_side * samples_a_side; ++k) {
     const std::uint32_t column = k % samples_a_side, row = k / samples_a_side;
     const double u = (column + 0.5) / samples_a_side;
-    const double v = (row + 0.5) / samples_a_side;
+    // More samples near v = 1, where the few microfacets are that are turned far from the surface: their
+    // reflections lead into it.
+    const double rest = 1.0 - (row + 0.5) / samples_a_side;
+    const double v = 1.0 - rest * rest;
+    const double weight = 2.0 * rest;
     const glm::dvec3 h = visible_microfacet(toward, alpha, u, v);
     const glm::dvec3 to = 2.0 * glm::dot(toward, h) * h - toward;
     if (to.z <= 0.0) continue;
     const double outward = 1.0 + smith_lambda(toward, alpha);
     const double visible = outward / (outward + smith_lambda(to, alpha));
     const double grazing = std::pow(std::clamp(1.0 - glm::dot(toward, h), 0.0, 1.0), 5.0);
-    scale += (1.0 - grazing) * visible;
-    offset += grazing * visible;
+    scale += weight * (1.0 - grazing) * visible;
+    offset += weight * grazing * visible;
   }
   constexpr double count = samples_a_side * samples_a_side;
   return {static_cast<float>(scale / count), static_cast<float>(offset / count), 0.0f, 0.0f};

@@ -2,11 +2,13 @@
 // direction from which the path comes. A value is the share of light per steradian, times the cosine of the
 // angle of incidence.
 //
-// The clear part of a surface (`glass`) reflects and refracts as a dielectric. Its opaque part is a rough
-// mirror above a matt base. The mirror is of GGX microfacets (Walter et al., "Microfacet Models for
-// Refraction through Rough Surfaces", 2007), whose missing multiple scattering is made up for by a factor
-// (Turquin, "Practical multiple scattering compensation for microfacet models", 2019). The base gets the
-// light that the mirror does not reflect toward `toward`, so no surface reflects more light than it gets.
+// The clear part of a surface (`glass`) reflects and refracts as a dielectric. Its opaque part is a mixture of
+// a metal, which is a rough mirror, and a dielectric, which is a rough mirror above a matt base. Each share of
+// the mixture scatters light as that kind alone; since both mirrors have the same roughness, their reflections
+// are added up in one. A mirror is of GGX microfacets (Walter et al., "Microfacet Models for Refraction through
+// Rough Surfaces", 2007), whose missing multiple scattering is made up for by a factor (Turquin, "Practical
+// multiple scattering compensation for microfacet models", 2019). The base gets the light that the mirror
+// above it does not reflect toward `toward`, so no surface reflects more light than it gets.
 //
 // Sampling of normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023.
 #ifndef RTSTDB_QUERY_IMAGE_SURFACE_GLSL
@@ -22,12 +24,9 @@ struct Surface {
   vec3 toward;
   bool from_front;
   float alpha;         // of GGX; 0: a smooth mirror
-  vec3 normal_share;   // that the mirror reflects at normal incidence
-  vec3 grazing_share;  // and at grazing incidence: all, unless hardly any at normal incidence
-  // Between its microfacets the mirror scatters light more than once; the reflection is multiplied by
-  // 1 + normal_share * energy_gain (Turquin, 2019; Kulla, Conty, 2017).
-  float energy_gain;
-  vec3 mirror_share;   // the part of uniform light that the mirror reflects toward the viewer
+  vec3 normal_share;   // that the mirrors reflect at normal incidence, see mirror_of
+  vec3 grazing_share;  // and at grazing incidence
+  vec3 mirror_share;   // the part of uniform light that the mirrors reflect toward the viewer
   vec3 matt_share;     // the part that the base scatters
   float retro_cosine;  // of half the angle of the cone that the base reflects into; 1: it is matt
   vec3 clear_color;
@@ -54,6 +53,20 @@ vec2 albedo_terms(float cosine, float roughness) {
   return mix(below, above, part.y);
 }
 
+// What a mirror reflects at normal and at grazing incidence.
+struct Mirror {
+  vec3 normal_share;
+  vec3 grazing_share;
+};
+
+// Of a surface that reflects `color` at normal incidence; at grazing incidence it reflects all, unless hardly
+// any at normal incidence. Between its microfacets the mirror scatters light more than once; so both shares
+// are multiplied by 1 + color * energy_gain (Turquin, 2019; Kulla, Conty, 2017).
+Mirror mirror_of(vec3 color, float energy_gain) {
+  const vec3 gain = 1.0 + color * energy_gain;
+  return Mirror(color * gain, min(50.0 * color, vec3(1.0)) * gain);
+}
+
 Surface surface_of(MaterialRecord material, vec3 color, vec3 n, vec3 toward, bool from_front) {
   const float cosine = clamp(dot(n, toward), 1e-4, 1.0);
   const bool is_smooth = material.roughness < min_roughness;
@@ -66,15 +79,18 @@ Surface surface_of(MaterialRecord material, vec3 color, vec3 n, vec3 toward, boo
   surface.toward = toward;
   surface.from_front = from_front;
   surface.alpha = is_smooth ? 0.0 : material.roughness * material.roughness;
-  surface.normal_share = mix(vec3(dielectric), color, metallic);
-  surface.grazing_share = min(50.0 * surface.normal_share, vec3(1.0));
-  surface.energy_gain = 1.0 / max(terms.x + terms.y, 1e-3) - 1.0;
-  surface.mirror_share = (surface.normal_share * terms.x + surface.grazing_share * terms.y) *
-                         (1.0 + surface.normal_share * surface.energy_gain);
-  surface.matt_share = color * (1.0 - metallic) * max(1.0 - surface.mirror_share, vec3(0.0));
+  const float energy_gain = 1.0 / max(terms.x + terms.y, 1e-3) - 1.0;
+  const Mirror of_metal = mirror_of(color, energy_gain);
+  const Mirror of_dielectric = mirror_of(vec3(dielectric), energy_gain);
+  surface.glass = material.transmission * (1.0 - metallic);
+  const float metal = min(metallic / max(1.0 - surface.glass, 1e-6), 1.0);  // of the opaque part
+  surface.normal_share = mix(of_dielectric.normal_share, of_metal.normal_share, metal);
+  surface.grazing_share = mix(of_dielectric.grazing_share, of_metal.grazing_share, metal);
+  surface.mirror_share = surface.normal_share * terms.x + surface.grazing_share * terms.y;
+  const vec3 above_base = of_dielectric.normal_share * terms.x + of_dielectric.grazing_share * terms.y;
+  surface.matt_share = color * (1.0 - metal) * max(1.0 - above_base, vec3(0.0));
   surface.retro_cosine = material.retro_gain > 0.0 ? 1.0 - 0.5 / material.retro_gain : 1.0;
   surface.clear_color = color;
-  surface.glass = material.transmission * (1.0 - metallic);
   surface.index_ratio = from_front ? 1.0 / index : index;
   const float mirror = largest_channel(surface.mirror_share);
   surface.mirror_probability = mirror / max(mirror + largest_channel(surface.matt_share), 1e-6);
@@ -155,8 +171,7 @@ Scattered scattered(Surface surface, vec3 to) {
     const float facets = ggx_density(h, surface.alpha);
     const float outward = smith_lambda(o, surface.alpha);
     const float both = 1.0 + outward + smith_lambda(i, surface.alpha);
-    result.value +=
-        reflected * (1.0 + surface.normal_share * surface.energy_gain) * (facets / (4.0 * o.z * both));
+    result.value += reflected * (facets / (4.0 * o.z * both));
     result.pdf += surface.mirror_probability * facets / (4.0 * o.z * (1.0 + outward));
   }
   const float base_probability = 1.0 - surface.mirror_probability;
