@@ -105,8 +105,8 @@ TEST_P(ImageOfMaterials, AWhitePlateIsAsBrightAsTheSky) {
   }
 }
 
-/// At all angles of incidence. Spheres that are clear in part are left out: light may be reflected within them
-/// more often than an image allows.
+/// At all angles of incidence. Spheres that are clear in part are left out: light may be reflected within
+/// them more often than an image allows.
 TEST_P(ImageOfMaterials, AWhiteOpaqueSphereIsAsBrightAsTheSky) {
   create_uniform_sky();
   const GeometryId sphere = add(make_sphere(1.0, 4));

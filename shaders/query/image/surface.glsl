@@ -2,13 +2,14 @@
 // direction from which the path comes. A value is the share of light per steradian, times the cosine of the
 // angle of incidence.
 //
-// The clear part of a surface (`glass`) reflects and refracts as a dielectric. Its opaque part is a mixture of
-// a metal, which is a rough mirror, and a dielectric, which is a rough mirror above a matt base. Each share of
-// the mixture scatters light as that kind alone; since both mirrors have the same roughness, their reflections
-// are added up in one. A mirror is of GGX microfacets (Walter et al., "Microfacet Models for Refraction through
-// Rough Surfaces", 2007), whose missing multiple scattering is made up for by a factor (Turquin, "Practical
-// multiple scattering compensation for microfacet models", 2019). The base gets the light that the mirror
-// above it does not reflect toward `toward`, so no surface reflects more light than it gets.
+// The clear part of a surface (`glass`) reflects and refracts as a dielectric. Its opaque part is a mixture
+// of a metal, which is a rough mirror, and a dielectric, which is a rough mirror above a matt base. Each
+// share of the mixture scatters light as that kind alone; since both mirrors have the same roughness, their
+// reflections are added up in one. A mirror is of GGX microfacets (Walter et al., "Microfacet Models for
+// Refraction through Rough Surfaces", 2007), whose missing multiple scattering is made up for by a factor
+// (Turquin, "Practical multiple scattering compensation for microfacet models", 2019). The base gets the
+// light that the mirror above it does not reflect toward `toward`, so no surface reflects more light than it
+// gets.
 //
 // Sampling of normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023.
 #ifndef RTSTDB_QUERY_IMAGE_SURFACE_GLSL
