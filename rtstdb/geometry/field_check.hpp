@@ -33,6 +33,16 @@ inline BadInput with_field(BadInput bad, std::string_view field, double value,
   return bad;
 }
 
+/// Adds a duration, in seconds.
+inline BadInput with_duration(const BadInput& bad, std::string_view field, Nanoseconds value,
+                              Nanoseconds lowest, Nanoseconds highest) noexcept {
+  const auto seconds = [](Nanoseconds duration) { return static_cast<double>(duration.count()) * 1e-9; };
+  BadInput with =
+      with_field(bad, field, seconds(value), {.lowest = seconds(lowest), .highest = seconds(highest)});
+  with.unit = "s";
+  return with;
+}
+
 /// Adds the first component that is not a finite number between the limits; z if x and y are.
 inline BadInput with_field(const BadInput& bad, const VectorFields& fields, const glm::dvec3& v,
                            const FieldLimits& limits = {}) noexcept {

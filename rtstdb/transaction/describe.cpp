@@ -39,13 +39,15 @@ std::string values_of(const BadInput& fault) {
   return sentence("(%g, %g, %g, %g)", fault.values[0], fault.values[1], fault.values[2], fault.values[3]);
 }
 
-/// "scale.x is -1; it must be 1e-06 to 100000"
+/// "scale.x is -1; it must be 1e-06 to 100000", "row_time is -1e-09 s; it must be 0 to 1 s"
 std::string about_field(const BadInput& fault) {
-  const std::string is = std::string(fault.field) + sentence(" is %.9g; it must be ", fault.value);
+  const std::string unit = fault.unit.empty() ? std::string() : " " + std::string(fault.unit);
+  const std::string is =
+      std::string(fault.field) + sentence(" is %.9g", fault.value) + unit + "; it must be ";
   const bool has_lowest = std::isfinite(fault.lowest), has_highest = std::isfinite(fault.highest);
-  if (has_lowest && has_highest) return is + sentence("%.9g to %.9g", fault.lowest, fault.highest);
+  if (has_lowest && has_highest) return is + sentence("%.9g to %.9g", fault.lowest, fault.highest) + unit;
   if (has_lowest && fault.lowest > 0.0 && fault.lowest < 1e-30) return is + "above 0";
-  if (has_lowest) return is + sentence("%.9g or above", fault.lowest);
+  if (has_lowest) return is + sentence("%.9g", fault.lowest) + unit + " or above";
   return is + "finite";
 }
 

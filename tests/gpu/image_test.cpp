@@ -327,6 +327,18 @@ TEST_F(ImageTest, RefusesBadCamerasWithValueAndLimits) {
   EXPECT_EQ(fault({.near_m = 0.0f}).field, "near_m");
   EXPECT_EQ(fault({.row_time = Nanoseconds(-1)}).field, "row_time");
   EXPECT_EQ(fault({.exposure = Nanoseconds(-1)}).field, "exposure");
+  const auto sentence = [&](const Camera& camera) {
+    query->cameras()[0] = camera;
+    return describe(run(*query, 1));
+  };
+  const auto expect_sentence = [&](const Camera& camera, const char* part) {
+    EXPECT_NE(sentence(camera).find(part), std::string::npos) << sentence(camera);
+  };
+  expect_sentence({.row_time = Nanoseconds(-1)}, "row_time is -1e-09 s; it must be 0 to 1 s");
+  expect_sentence({.exposure = Nanoseconds(1'500'000'000)}, "exposure is 1.5 s; it must be 0 to 1 s");
+  expect_sentence({.row_time = Nanoseconds(200'000'000)},
+                  "time from the first to the last instant of the image is 1.4 s; it must be 0 to 1 s");
+  expect_sentence({.near_m = 0.0f}, "near_m is 0; it must be 0.0001 to 10000");
   const auto drawn = prepare(
       ImageQueryOptions{.name = "drawn", .width = 4, .height = 8, .first_hits = FirstHits::rasterised});
   drawn->cameras()[0] = {.row_time = Nanoseconds(1)};

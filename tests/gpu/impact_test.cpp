@@ -209,9 +209,9 @@ TEST_F(ImpactTest, BadInputIsRefused) {
     EXPECT_FALSE(outcome.done());
     return describe(outcome.bad_input);
   };
-  EXPECT_NE(refusal({.first = first, .window = -1ns}).find("window is -1e-09; it must be 0 to 10"),
+  EXPECT_NE(refusal({.first = first, .window = -1ns}).find("window is -1e-09 s; it must be 0 to 10 s"),
             std::string::npos);
-  EXPECT_NE(refusal({.first = first, .window = 11s}).find("window is 11"), std::string::npos);
+  EXPECT_NE(refusal({.first = first, .window = 11s}).find("window is 11 s;"), std::string::npos);
   EXPECT_NE(refusal({.first = first, .tolerance_m = 0.0f}).find("tolerance_m is 0"), std::string::npos);
   EXPECT_NE(refusal({.first = first, .second = first}).find("meet itself"), std::string::npos);
   EXPECT_NE(refusal({}).find("does not exist"), std::string::npos);

@@ -125,9 +125,10 @@ struct BadInput {
   bool in_geometry_update = false;
   Version version = 0;  ///< snapshot_too_old, unknown_version: the requested version; 0 if requested by time
   /// not_finite, out_of_limits, bad_region, bad_nearest, bad_cone, bad_contact, bad_impact, bad_camera: the
-  /// wrong member, such as "scale.x", its value, and its lower and upper limit (infinite: no limit).
-  /// Otherwise empty. The text is a constant.
+  /// wrong member, such as "scale.x", its value, and its lower and upper limit (infinite: no limit). `unit`:
+  /// of all three, where the name of the member does not have it. Otherwise empty. The texts are constants.
   std::string_view field{};
+  std::string_view unit{};
   double value = 0.0;
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();

@@ -33,10 +33,6 @@ double length_of(const glm::quat& q) noexcept {
   return glm::length(glm::dvec4(q.w, q.x, q.y, q.z));
 }
 
-double seconds(Nanoseconds duration) noexcept {
-  return static_cast<double>(duration.count()) * 1e-9;
-}
-
 bool has_output(const ImageOutputs& o) noexcept {
   return o.color || o.srgb || o.depth || o.identity || o.normal || o.motion;
 }
@@ -50,6 +46,14 @@ std::optional<BadInput> check_value(const char* field, double value, double lowe
   if (value >= lowest && value <= highest) return std::nullopt;
   return with_field(BadInput{.reason = BadInputReason::bad_camera, .element = element, .entity = {}}, field,
                     value, {.lowest = lowest, .highest = highest});
+}
+
+/// Refuses a duration outside [0, longest].
+std::optional<BadInput> check_duration(const char* field, Nanoseconds value, Nanoseconds longest,
+                                       std::uint32_t element) noexcept {
+  if (value >= Nanoseconds(0) && value <= longest) return std::nullopt;
+  return with_duration(BadInput{.reason = BadInputReason::bad_camera, .element = element, .entity = {}},
+                       field, value, Nanoseconds(0), longest);
 }
 
 Result<void> check_shadows(const ImageQueryOptions& options) {
@@ -152,15 +156,13 @@ std::optional<BadInput> check_camera(const Camera& camera, const ImageQueryOptio
   if (const auto bad = check_value("exposure_value", static_cast<double>(camera.exposure_value),
                                    min_exposure_value, max_exposure_value, element))
     return bad;
-  const double longest_s = static_cast<double>(max_query_window_ns) * 1e-9;
-  const double row_s = seconds(camera.row_time);
-  const double longest_row_s = options.first_hits == FirstHits::rasterised ? 0.0 : longest_s;
-  if (const auto bad = check_value("row_time", row_s, 0.0, longest_row_s, element)) return bad;
-  const double exposure_s = seconds(camera.exposure);
-  if (const auto bad = check_value("exposure", exposure_s, 0.0, longest_s, element)) return bad;
+  constexpr Nanoseconds longest(max_query_window_ns);
+  const Nanoseconds longest_row = options.first_hits == FirstHits::rasterised ? Nanoseconds(0) : longest;
+  if (const auto bad = check_duration("row_time", camera.row_time, longest_row, element)) return bad;
+  if (const auto bad = check_duration("exposure", camera.exposure, longest, element)) return bad;
   const Nanoseconds lasts = (options.height - 1) * camera.row_time + camera.exposure;
-  if (const auto bad = check_value("time from the first to the last instant of the image", seconds(lasts),
-                                   0.0, longest_s, element))
+  if (const auto bad =
+          check_duration("time from the first to the last instant of the image", lasts, longest, element))
     return bad;
   if (const auto bad = check_time(camera.t, element, rows, times)) return bad;
   if (const auto bad = check_time(camera.t + lasts, element, rows, times)) return bad;

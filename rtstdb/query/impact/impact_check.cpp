@@ -24,12 +24,10 @@ Result<void> check_impact_options(const ImpactQueryOptions& options) {
 
 std::optional<BadInput> check_impact_search(const ImpactSearch& search, std::uint32_t element,
                                             const RowSource& rows, TimeSpan& times) noexcept {
-  const std::int64_t window_ns = search.window.count();
-  if (window_ns < 0 || window_ns > max_impact_window_ns) {
-    const double window_s = static_cast<double>(window_ns) * 1e-9;
-    return with_field(BadInput{.reason = BadInputReason::bad_impact, .element = element, .entity = {}},
-                      "window", window_s,
-                      {.lowest = 0.0, .highest = static_cast<double>(max_impact_window_ns) * 1e-9});
+  constexpr Nanoseconds longest(max_impact_window_ns);
+  if (search.window < Nanoseconds(0) || search.window > longest) {
+    return with_duration(BadInput{.reason = BadInputReason::bad_impact, .element = element, .entity = {}},
+                         "window", search.window, Nanoseconds(0), longest);
   }
   // A NaN fails both conditions.
   const auto tolerance_m = static_cast<double>(search.tolerance_m);
