@@ -307,7 +307,9 @@ TEST_P(ImageModes, WhiteIsTheLuminanceOfTheExposureValue) {
   create_light(uniform_sky(1.2 * 1024.0 * 0.5));  // half of white at the exposure value 10
   const Image& image =
       image_of({.exposure_value = 10.0f}, {.width = 4, .height = 4, .outputs = {.srgb = true}});
-  EXPECT_EQ(image.srgb[5], (SrgbColor{188, 188, 188, 255}));
+  const std::uint8_t half = srgb8_from_linear(0.5);
+  EXPECT_EQ(half, 188);
+  EXPECT_EQ(image.srgb[5], (SrgbColor{half, half, half, 255}));
 }
 
 TEST_F(ImageTest, TheSeedChangesTheNoiseAlone) {

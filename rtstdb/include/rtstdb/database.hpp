@@ -46,6 +46,7 @@
 #include <rtstdb/material.hpp>
 #include <rtstdb/query.hpp>
 #include <rtstdb/result.hpp>
+#include <rtstdb/srgb.hpp>
 #include <rtstdb/standing.hpp>
 #include <rtstdb/time.hpp>
 #include <rtstdb/transaction.hpp>
