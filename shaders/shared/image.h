@@ -103,7 +103,7 @@ RTSTDB_CONSTANT(light_emitter, 4)
   F(uint, maps)       /* 0: it has none */                                                        \
   F(vec4, q)          /* of a light at rest: to world, x, y, z, w */                              \
   F(vec3, p_m)        /* in the entity frame */                                                   \
-  F(float, unused)
+  F(uint, first_zone) /* of a surface, in real-time mode */
 RTSTDB_STRUCT(LightRecord)
 
 // Shadow maps: of a directional light concentric squares around the camera, each within the next; of a spot
@@ -121,6 +121,26 @@ RTSTDB_CONSTANT(shadow_faces, 6)
   F(vec3, c_m)                                                                                   \
   F(float, unused)
 RTSTDB_STRUCT(EmitterTriangle)
+
+// Real-time mode: a part of a surface that emits light, in the axes of its entity and scaled. Spreads are
+// covariances, weighted by area: xx, yy, zz; and xy, yz, zx.
+#define RTSTDB_FIELDS_EmitterZone(F)                                                            \
+  F(vec3, center_m)                                                                              \
+  F(float, area_m2)                                                                              \
+  F(vec3, n) /* the mean of the normals; its length is 1 where the zone is flat */              \
+  F(vec3, n_squares)                                                                             \
+  F(vec3, n_products)                                                                            \
+  F(vec3, extent_squares_m2)                                                                     \
+  F(vec3, extent_products_m2)                                                                    \
+  F(vec3, n_extent_squares_m) /* covariances of normal and position, this and the next */        \
+  F(vec3, n_extent_products_m)
+RTSTDB_STRUCT(EmitterZone)
+
+// Points of the surface in a zone, to one of which its shadow ray leads: in its middle, and toward its
+// borders.
+RTSTDB_CONSTANT(points_per_zone, 5)
+#define RTSTDB_FIELDS_EmitterPoint(F) F(vec3, p_m) F(vec3, n)
+RTSTDB_STRUCT(EmitterPoint)
 
 // Real-time mode: what a rough surface scatters comes from two lobes, each searched with rays.
 RTSTDB_CONSTANT(lobe_matt, 0)
@@ -156,12 +176,12 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, maps)       /* of an image */                                                          \
   F(uint, map_side)                                                                              \
   F(uint, image) /* image_visible.comp, image_reach.comp */                                      \
-  F(uint, light) /* image_light.comp: which point of the lights; image_visible.comp: which light */ \
+  F(uint, light) /* image_light.comp: which middle or zone; image_visible.comp: which light */ \
   F(uint, face)  /* image_visible.comp: which map of the light */                                \
   F(uint, lobe) /* image_lobe.comp, image_gather.comp; this and the next */                      \
   F(uint, ray)                                                                                   \
   F(uint, lobe_rays) /* 0: no lobe is searched */                                                \
-  F(uint, emitter_points) /* image_light.comp: of each surface that emits light */
+  F(uint, emitter_points) /* image_light.comp: zones of each surface that emits light */
 RTSTDB_STRUCT(ImageArgs)
 
 #endif

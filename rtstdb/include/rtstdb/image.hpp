@@ -69,7 +69,7 @@ enum class ImageMode : std::uint8_t {
   path_traced,
   /// Without noise. By surface:
   ///   each       gets the light of all lights, with sharp shadows; of an entity that emits light, from
-  ///              emitter_points points with a shadow each.
+  ///              emitter_points zones of its surface with a shadow each.
   ///   mirror, glass   If smooth, it shows what one ray meets: the reflection or the refraction, whichever is
   ///              brighter. The other one shows the sky.
   ///   first      With 2 bounces or more, lobe_rays rays in fixed directions search what its matt part gets
@@ -158,8 +158,14 @@ struct ImageQueryOptions {
   Shadows shadows = Shadows::traced;  ///< of real-time mode
   std::uint32_t shadow_map_side = 1024;  ///< texels, min_shadow_map_side to max_shadow_map_side
   std::uint32_t shadow_maps = 8;         ///< of an image, at most: 1 to max_shadow_maps
-  /// Real-time mode: of each entity that emits light, 1 to max_emitter_points. 64 are needed below a lamp
-  /// half as large as its distance.
+  /// Real-time mode: zones of each entity that emits light, 1 to max_emitter_points, with a shadow ray each.
+  /// If the surface has at most as many flat sides, each side has zones of its own; otherwise sides that are
+  /// turned and placed alike share zones. Triangles and their order do not matter. Where nothing hides
+  /// spheres, boxes and cylinders up to ten times as long as wide, their illuminance is within 10 % from two
+  /// diameters of the middle on with 16, from 1.2 diameters with 64. (The diameter is the largest distance of
+  /// two points. If the plane of the lit surface cuts the body: within 10 % of what a surface that faces the
+  /// body gets.) Fewer have no such bound: with one, a long body that is seen from its end is several times
+  /// too bright, and a body may hide all of its own light. A zone is hidden or seen as a whole.
   std::uint32_t emitter_points = 16;
   std::uint32_t lobe_rays = 16;  ///< real-time mode: into each lobe, 1 to max_lobe_rays
   /// Beside the lights of the world; at most max_fixed_lights.
@@ -173,7 +179,8 @@ struct ImageQueryOptions {
 /// Answers: the same from run to run, and whatever the chunks, on one device.
 /// Memory: about 30 MB on the device for an image of 256 * 256 pixels or more; for the rasteriser 8 bytes for
 /// each pixel of all images and 88 for each entity that the database can hold; for shadow maps four bytes for
-/// each texel; the outputs in host memory.
+/// each texel; in real-time mode 0.23 MB for each of emitter_points, and 10 MB in host memory; the outputs in
+/// host memory.
 /// Errors of prepare: capacity for a count or a size outside its range, and for more than 2^32 stages of the
 /// device's work; bad_input for no output, for an enumerator that does not exist, for shadow maps without
 /// real-time mode or the rasteriser, and for a fixed light that is no light, or of another kind.

@@ -50,19 +50,29 @@ std::uint32_t maps_of(const shared::LightRecord& light) noexcept {
   return light.kind == shared::light_spot && light.cos_outer >= 0.5f ? 1 : shared::shadow_faces;
 }
 
+std::span<const glm::vec3> positions_of(GeometryId geometry, const BatchWorld& world) noexcept {
+  if (world.pool.deforms(geometry.index)) return world.rows.shape(geometry).positions_m;
+  return world.pool.mesh(geometry.index).positions_m;
+}
+
 float half_cosine(double full_angle_rad) noexcept {
   return static_cast<float>(std::cos(0.5 * full_angle_rad));
 }
 
 }  // namespace
 
-ImageLights::ImageLights(std::span<const FixedLight> fixed) : fixed_(fixed), emits_(max_materials) {
+ImageLights::ImageLights(std::span<const FixedLight> fixed, std::uint32_t zones)
+    : fixed_(fixed),
+      emits_(max_materials),
+      zones_per_surface_(zones),
+      divider_(zones, zones == 0 ? 0 : max_emitter_triangles) {
   records_.reserve(max_lights_per_image);
   meshes_.reserve(max_lights_per_image);
+  zone_sets_.reserve(max_lights_per_image);
 }
 
-void ImageLights::collect(const BatchWorld& world, std::uint32_t mask, std::span<shared::LightRecord> lights,
-                          std::span<shared::EmitterTriangle> triangles, std::uint32_t max_maps) noexcept {
+void ImageLights::collect(const BatchWorld& world, std::uint32_t mask, const Buffers& buffers,
+                          std::uint32_t max_maps) noexcept {
   if (known_ && version_ == world.rows.version() && mask_ == mask) return;
   known_ = true;
   version_ = world.rows.version();
@@ -81,7 +91,7 @@ void ImageLights::collect(const BatchWorld& world, std::uint32_t mask, std::span
     if (state->row.light.valid())
       add_light(*world.appearance.light(state->row.light), state->id.index, state->row.mask, no_rotation);
     if (state->row.geometry.valid() && emits_[state->row.material.index])
-      add_emitter(*state, *world.appearance.material(state->row.material), world, triangles);
+      add_emitter(*state, *world.appearance.material(state->row.material), world, buffers.triangles);
   }
   std::ranges::sort(records_, {}, [](const auto& light) { return std::pair(rank_of(light), light.entity); });
   const auto before = [&](std::uint32_t rank) {
@@ -95,7 +105,8 @@ void ImageLights::collect(const BatchWorld& world, std::uint32_t mask, std::span
              .mapped_end = 0,
              .maps = 0};
   assign_maps(max_maps);
-  std::ranges::copy(records_, lights.begin());
+  if (zones_per_surface_ > 0) assign_zones(world, buffers);
+  std::ranges::copy(records_, buffers.lights.begin());
 }
 
 void ImageLights::assign_maps(std::uint32_t max_maps) noexcept {
@@ -142,7 +153,7 @@ void ImageLights::add_light(const Light& light, std::uint32_t entity, std::uint3
        .maps = 0,
        .q = {q.x, q.y, q.z, q.w},
        .p_m = glm::vec3(light.p_m),
-       .unused = 0.0f});
+       .first_zone = 0});
 }
 
 void ImageLights::add_emitter(const EntityState& state, const Material& material, const BatchWorld& world,
@@ -167,7 +178,7 @@ void ImageLights::add_emitter(const EntityState& state, const Material& material
                       .maps = 0,
                       .q = {0.0f, 0.0f, 0.0f, 1.0f},
                       .p_m = glm::vec3(0.0f),
-                      .unused = 0.0f});
+                      .first_zone = 0});
 }
 
 const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWorld& world,
@@ -176,9 +187,7 @@ const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWo
     return &*found;
   const TriangleMesh& mesh = world.pool.mesh(geometry.index);
   if (used_triangles_ + mesh.triangles.size() > triangles.size()) return nullptr;
-  const std::span<const glm::vec3> positions_m = world.pool.deforms(geometry.index)
-                                                     ? world.rows.shape(geometry).positions_m
-                                                     : std::span<const glm::vec3>(mesh.positions_m);
+  const std::span<const glm::vec3> positions_m = positions_of(geometry, world);
   const auto added = triangles.subspan(used_triangles_, mesh.triangles.size());
   double area = 0.0;
   for (std::size_t k = 0; k < added.size(); ++k) {
@@ -201,6 +210,46 @@ const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWo
   meshes_.push_back({geometry, used_triangles_, static_cast<std::uint32_t>(added.size())});
   used_triangles_ += static_cast<std::uint32_t>(added.size());
   return &meshes_.back();
+}
+
+// ---- zones
+
+bool ImageLights::use_zone_set(shared::LightRecord& light, const ZoneSet& wanted) noexcept {
+  const auto found = std::ranges::find_if(zone_sets_, [&](const ZoneSet& set) {
+    return set.geometry == wanted.geometry && set.scale == wanted.scale && set.version == wanted.version;
+  });
+  if (found == zone_sets_.end()) return false;
+  found->is_used = true;
+  light.first_zone = static_cast<std::uint32_t>(found - zone_sets_.begin()) * zones_per_surface_;
+  return true;
+}
+
+/// Surfaces that have zones come first, so that new zones replace none that are used.
+void ImageLights::assign_zones(const BatchWorld& world, const Buffers& buffers) noexcept {
+  const auto surfaces = std::span(records_).subspan(counts_.emitters_from);
+  const auto set_of = [&](const shared::LightRecord& light) {
+    const EntityRow& row = world.rows.row(light.entity)->row;
+    const bool deforms = world.pool.deforms(row.geometry.index);
+    return ZoneSet{row.geometry, row.scale, deforms ? world.rows.shape(row.geometry).version : 0, true};
+  };
+  for (ZoneSet& set : zone_sets_)
+    set.is_used = false;
+  for (shared::LightRecord& light : surfaces)
+    use_zone_set(light, set_of(light));
+  for (shared::LightRecord& light : surfaces) {
+    const ZoneSet set = set_of(light);
+    if (use_zone_set(light, set)) continue;
+    auto place = std::ranges::find(zone_sets_, false, &ZoneSet::is_used);
+    if (zone_sets_.size() < max_lights_per_image)
+      place = zone_sets_.insert(zone_sets_.end(), set);
+    else
+      *place = set;
+    light.first_zone = static_cast<std::uint32_t>(place - zone_sets_.begin()) * zones_per_surface_;
+    divider_.divide(world.pool.mesh(set.geometry.index).triangles, positions_of(set.geometry, world),
+                    set.scale, buffers.zones.subspan(light.first_zone, zones_per_surface_),
+                    buffers.points.subspan(std::size_t{light.first_zone} * shared::points_per_zone,
+                                           std::size_t{zones_per_surface_} * shared::points_per_zone));
+  }
 }
 
 }  // namespace rtstdb::query

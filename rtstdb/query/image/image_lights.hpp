@@ -2,6 +2,9 @@
 // The lights of a version as the device gets them: the lights that rows name, and the surfaces of entities
 // whose material emits light.
 //
+// Real-time mode takes the light of a surface from zones (emitter_zones.hpp), which are made once for a
+// mesh and a scale.
+//
 // Threads: the engine thread. collect does not allocate.
 
 #include <glm/ext/quaternion_float.hpp>
@@ -14,6 +17,7 @@
 
 #include "rtstdb/query/appearance.hpp"
 #include "rtstdb/query/gpu_query.hpp"
+#include "rtstdb/query/image/emitter_zones.hpp"
 #include "shaders/shared/image.h"
 
 namespace rtstdb::query {
@@ -23,16 +27,26 @@ inline constexpr std::uint32_t max_emitter_triangles = 1u << 16;
 
 class ImageLights {
  public:
-  /// `fixed`: beside the lights of each version.
-  explicit ImageLights(std::span<const FixedLight> fixed);
+  /// `fixed`: beside the lights of each version. `zones`: of a surface; 0: they are not wanted.
+  ImageLights(std::span<const FixedLight> fixed, std::uint32_t zones);
 
-  /// Writes the lights of the version into the buffers, which hold max_lights_per_image lights and
-  /// max_emitter_triangles triangles. Lights that no camera admits are left out; `mask`: of all cameras.
+  /// For max_lights_per_image lights, max_emitter_triangles triangles, and the zones of max_lights_per_image
+  /// surfaces. They keep what collect has written.
+  struct Buffers {
+    std::span<shared::LightRecord> lights;
+    std::span<shared::EmitterTriangle> triangles;
+    std::span<shared::EmitterZone> zones;
+    std::span<shared::EmitterPoint> points;
+  };
+  /// Writes the lights of the version. Lights that no camera admits are left out; `mask`: of all cameras.
   /// `max_maps`: shadow maps of an image; always the same.
-  void collect(const BatchWorld& world, std::uint32_t mask, std::span<shared::LightRecord> lights,
-               std::span<shared::EmitterTriangle> triangles, std::uint32_t max_maps) noexcept;
+  void collect(const BatchWorld& world, std::uint32_t mask, const Buffers& buffers,
+               std::uint32_t max_maps) noexcept;
   /// Forgets what is in the buffers, since they are new.
-  void forget() noexcept { known_ = false; }
+  void forget() noexcept {
+    known_ = false;
+    zone_sets_.clear();
+  }
 
   /// Lights are skies, then directional ones, then others, then surfaces by entity index.
   struct Counts {
@@ -66,6 +80,15 @@ class ImageLights {
                    std::span<shared::EmitterTriangle> triangles) noexcept;
   const Mesh* mesh_of(GeometryId geometry, const BatchWorld& world,
                       std::span<shared::EmitterTriangle> triangles) noexcept;
+  /// The zones of a scaled mesh; set k has those from k * zones_per_surface_.
+  struct ZoneSet {
+    GeometryId geometry;
+    glm::dvec3 scale;
+    Version version = 0;   // that wrote the shape, if the geometry deforms
+    bool is_used = false;  // by the version that was collected last
+  };
+  void assign_zones(const BatchWorld& world, const Buffers& buffers) noexcept;
+  bool use_zone_set(shared::LightRecord& light, const ZoneSet& wanted) noexcept;
 
   std::span<const FixedLight> fixed_;
   bool known_ = false;
@@ -74,6 +97,9 @@ class ImageLights {
   std::vector<bool> emits_;  // by material
   std::vector<shared::LightRecord> records_;
   std::vector<Mesh> meshes_;
+  std::uint32_t zones_per_surface_ = 0;
+  EmitterZones divider_;
+  std::vector<ZoneSet> zone_sets_;
   std::uint32_t used_triangles_ = 0;
   Counts counts_;
   bool overflow_ = false;

@@ -72,7 +72,7 @@ GpuImageQuery::GpuImageQuery(const ImageQueryOptions& options)
       closest_(RayMode::closest, 1, stages_.group_pixels()),
       any_(RayMode::any, 1, stages_.group_pixels()),
       answers_(options_, stages_, slots().count()),
-      lights_(options_.fixed_lights) {
+      lights_(options_.fixed_lights, zones_per_emitter()) {
   let_retries_pause();
   noted_.reserve(stages_.group_pixels());
 }
@@ -121,6 +121,10 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   buffer(lights_buffer_, " lights", max_lights_per_image * sizeof(shared::LightRecord), gpu::Memory::upload);
   buffer(emitters_, " emitting triangles", max_emitter_triangles * sizeof(shared::EmitterTriangle),
          gpu::Memory::upload);
+  const std::size_t zones = std::max<std::size_t>(max_lights_per_image * zones_per_emitter(), 1);
+  buffer(zones_, " emitting zones", zones * sizeof(shared::EmitterZone), gpu::Memory::upload);
+  buffer(zone_points_, " points of emitting zones",
+         zones * shared::points_per_zone * sizeof(shared::EmitterPoint), gpu::Memory::upload);
   buffer(albedo_, " albedo", shared::image_albedo_side * shared::image_albedo_side * sizeof(glm::vec4),
          gpu::Memory::upload, true);
   buffer(activity_, " activity", 16, gpu::Memory::readback);
@@ -159,9 +163,10 @@ std::vector<const gpu::Buffer*> GpuImageQuery::bound_buffers(gpu::ShaderId shade
     case image_listed_hit_outputs:
       return with({&hits_, &listed_});
     case image_shade:
-    case image_light:
     case image_bounce:
       return with_surfaces(hits_, {});
+    case image_light:
+      return with_surfaces(hits_, {&zones_, &zone_points_});
     case image_bounce_mapped:
       return with_surfaces(hits_, {&maps, &reach});
     case image_lobe:
@@ -235,8 +240,12 @@ std::uint32_t GpuImageQuery::begin_first_stage(std::uint32_t tiles, const BatchW
   }
   const std::uint32_t mask = pack_cameras();
   pack_materials(world.appearance);
-  lights_.collect(world, mask, lights_buffer_.host_as<shared::LightRecord>(),
-                  emitters_.host_as<shared::EmitterTriangle>(), maps_.exists() ? options_.shadow_maps : 0);
+  lights_.collect(world, mask,
+                  {.lights = lights_buffer_.host_as<shared::LightRecord>(),
+                   .triangles = emitters_.host_as<shared::EmitterTriangle>(),
+                   .zones = zones_.host_as<shared::EmitterZone>(),
+                   .points = zone_points_.host_as<shared::EmitterPoint>()},
+                  maps_.exists() ? options_.shadow_maps : 0);
   stages_.begin_batch(tiles, lights_.counts().points(options_.emitter_points));
   if (lights_.overflow()) {
     note_overflow();

@@ -74,6 +74,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::uint32_t begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept override;
 
   bool is_real_time() const noexcept { return stages_.is_real_time(); }
+  std::uint32_t zones_per_emitter() const noexcept { return is_real_time() ? options_.emitter_points : 0; }
   gpu::ShaderId gather_shader() const noexcept;
   /// Keeps or restores the first hits of the group while hits_ has those of the lobes.
   void copy_hits(PlaceRange range, const Recording& recording) noexcept;
@@ -120,7 +121,7 @@ class GpuImageQuery final : public ImageQuery, public GpuQuery {
   std::vector<std::uint32_t> noted_;  // places that a search left incomplete at first
 
   gpu::Buffer cameras_buffer_, paths_, rays_, shadow_rays_, hits_, shadow_hits_, materials_, lights_buffer_,
-      emitters_, albedo_, activity_, listed_, first_hits_;
+      emitters_, zones_, zone_points_, albedo_, activity_, listed_, first_hits_;
 };
 
 }  // namespace rtstdb::query

@@ -200,9 +200,11 @@ config::Schema camera_schema() {
       Field::with_default("shadows", Schema::one_of({"traced", "mapped"}), "traced",
                           "With mode real_time: shadows by rays, or by shadow maps, which take less time "
                           "where lights are many. Maps need a 'row_time' of 0."),
-      Field::optional("emitter_points", Schema::integer(1, rtstdb::max_emitter_points),
-                      "With mode real_time: points of each body that emits light, each with a shadow. Below "
-                      "a lamp half as large as its distance 64 are needed. Left out: 16."),
+      Field::optional(
+          "emitter_points", Schema::integer(1, rtstdb::max_emitter_points),
+          "With mode real_time: zones of the surface of each body that emits light, each with a "
+          "shadow. Surfaces nearer to its middle than two of its diameters need 64, and a body with "
+          "more flat sides as many as sides. Left out: 16."),
       Field::optional("lobe_rays", Schema::integer(1, rtstdb::max_lobe_rays),
                       "With mode real_time and at least 2 bounces: rays from the first surface into what "
                       "its matt part reflects, and as many into what its rough mirror does. Left out: 16."),

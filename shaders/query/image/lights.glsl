@@ -185,20 +185,4 @@ LightSample middle_of(LightRecord light, Instant at, vec3 from, uint mask) {
   return found;
 }
 
-// Fixed points of the lights without shadow maps, in their order: args.emitter_points of each surface, the
-// middle of others. The sum over all points is the light of all.
-LightSample point_of_lights(uint index, Instant at, vec3 from, uint mask) {
-  const uint others = args.emitters_from - args.mapped_end;
-  if (index < others) return middle_of(lights[args.mapped_end + index], at, from, mask);
-  const uint beyond = index - others;
-  const float k = float(beyond % args.emitter_points);
-  // Evenly over the area: by the order of the triangles, and in each by powers of the root of x^3 = x + 1.
-  const vec3 in_surface =
-      vec3(fract(0.5 + k * vec2(0.7548776662, 0.5698402910)), (k + 0.5) / float(args.emitter_points));
-  const uint light = args.emitters_from + beyond / args.emitter_points;
-  LightSample found = sample_of(lights[light], at, from, mask, in_surface);
-  found.light /= float(chosen_lights() * args.emitter_points);
-  return found;
-}
-
 #endif
