@@ -217,8 +217,8 @@ TEST_F(ImageTest, LastsAtMostTheLongestWindow) {
   EXPECT_EQ(run(*query, 1).bad_input.reason, BadInputReason::bad_camera);
   query->cameras()[0].exposure = Nanoseconds(max_query_window_ns / 2);
   EXPECT_EQ(describe(run(*query, 1)),
-            "bad_input: time from the first to the last instant of the image is 1.5; it must be 0 to 1, in "
-            "element 0 of query 0; nothing was done");
+            "bad_input: time from the first to the last instant of the image is 1.5 s; it must be 0 to 1 s, "
+            "in element 0 of query 0; nothing was done");
 }
 
 TEST_F(ImageTest, RefusesBadOptionsWithValueAndLimit) {
