@@ -248,4 +248,18 @@ const char* to_string(ImpactStatus status) noexcept {
   return "unknown";
 }
 
+const char* to_string(UndecidedReason reason) noexcept {
+  switch (reason) {
+    case UndecidedReason::none:
+      return "none";
+    case UndecidedReason::steps:
+      return "steps";
+    case UndecidedReason::distance:
+      return "distance";
+    case UndecidedReason::capacity:
+      return "capacity";
+  }
+  return "unknown";
+}
+
 }  // namespace rtstdb

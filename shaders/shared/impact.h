@@ -54,22 +54,66 @@ RTSTDB_CONSTANT(advance_meets, 1)
 RTSTDB_CONSTANT(advance_ends, 2)       // the window ends first
 RTSTDB_CONSTANT(advance_undecided, 3)  // a distance was not found
 RTSTDB_CONSTANT(advance_unfinished, 4) // limit of loops: retried
-// A pair of convex parts makes up to steps_per_stage steps in a stage, fewer where they take many rounds; a
-// pair of surfaces makes one. There are as many stages as steps, so that the result does not depend on where
-// a stage ends. A pair that reaches the maximum number of steps is undecided.
-RTSTDB_CONSTANT(max_convex_steps, 256)
+// A pair of convex parts makes up to steps_per_stage steps in a stage, fewer where they take many rounds. A
+// pair of surfaces makes as many steps as fit into the work of a stage, and a step may go on in later stages.
+// There are as many stages as the pairs need, so the result does not depend on where a stage ends. A pair
+// that reaches the maximum number of steps is undecided.
+RTSTDB_CONSTANT(max_convex_steps, 4096)
 RTSTDB_CONSTANT(steps_per_stage, 8)
-RTSTDB_CONSTANT(max_surface_steps, 64)
+RTSTDB_CONSTANT(max_surface_steps, 4096)
 
 // `time_s`: a double, low word first; up to it the bodies do not meet. `point_m`: of the first body, from its
-// origin.
+// origin. `phase`: of a pair of surfaces.
 #define RTSTDB_FIELDS_AdvanceState(F) \
   F(uvec2, time_s)                    \
   F(uint, state)                      \
   F(uint, steps) /* made so far */    \
   F(float, distance_m)                \
   F(vec3, n)                          \
-  F(vec3, point_m)
+  F(vec3, point_m)                    \
+  F(uint, phase)
 RTSTDB_STRUCT(AdvanceState)
+
+RTSTDB_CONSTANT(surfaces_begin, 0)         // whether one body lies within the other is not tested yet
+RTSTDB_CONSTANT(surfaces_between_steps, 1)
+RTSTDB_CONSTANT(surfaces_in_step, 2)       // the search of the step is paused
+
+// Pairs of surfaces that are searched at a time; each has a slot for its paused search.
+RTSTDB_CONSTANT(max_surface_slots, 1024)
+
+#define RTSTDB_FIELDS_ActiveSurfaces(F) \
+  F(uint, pair)                         \
+  F(uint, slot)
+RTSTDB_STRUCT(ActiveSurfaces)
+
+#define RTSTDB_FIELDS_SurfaceAdvanceArgs(F)                       \
+  F(uint, first) /* see place_of_invocation */                    \
+  F(uint, end)                                                    \
+  F(uint, per_group)                                              \
+  F(uvec2, halt) /* this and the next as in RayArgs */            \
+  F(uint, halt_from)                                              \
+  F(uint, loop_probe) /* see loops_still_turn */                  \
+  F(uvec2, shapes) /* of the geometries: GeometryPool::shown() */
+RTSTDB_STRUCT(SurfaceAdvanceArgs)
+
+// Two parts of the trees of both surfaces (shaders/query/impact/surface_approach.glsl).
+#define RTSTDB_FIELDS_WaitingParts(F)                                            \
+  F(uint, first)                                                                 \
+  F(uint, second)                                                                \
+  F(float, after_s) /* no sooner can they be nearer than half the tolerance */
+RTSTDB_STRUCT(WaitingParts)
+
+// The search of a step, and the parts that wait in it, the next one last. It goes on if the trees are those of
+// `shapes`, and else begins again.
+RTSTDB_CONSTANT(max_waiting_parts, 192)
+#define RTSTDB_FIELDS_ApproachSearch(F)                                            \
+  F(uvec2, shapes)                                                                 \
+  F(uint, waiting)   /* number of the parts */                                     \
+  F(uint, visits)                                                                  \
+  F(float, after_s)  /* least one of the pairs of triangles that were visited */   \
+  F(float, square)   /* of the distance of the nearest two within the tolerance */ \
+  F(vec3, first)     /* the nearest points of these */                             \
+  F(vec3, second)
+RTSTDB_STRUCT(ApproachSearch)
 
 #endif

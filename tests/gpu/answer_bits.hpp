@@ -134,7 +134,8 @@ inline std::vector<Words> words_of(std::span<const ImpactAnswer> answers) {
     Words& words = of_searches.emplace_back();
     if (answer.incomplete) continue;
     words.insert(words.end(),
-                 {static_cast<std::uint32_t>(answer.status), answer.candidates, answer.overflow ? 1u : 0u});
+                 {static_cast<std::uint32_t>(answer.status), static_cast<std::uint32_t>(answer.reason),
+                  answer.candidates, answer.overflow ? 1u : 0u});
     add(words, answer.second);
     const auto after_ns = static_cast<std::uint64_t>(answer.after.count());
     words.insert(words.end(),

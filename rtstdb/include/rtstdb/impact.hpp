@@ -38,13 +38,27 @@ struct ImpactSearch {
 enum class ImpactStatus : std::uint8_t {
   none,    ///< no pair comes that near in the window
   impact,  ///< `second` comes nearer than the tolerance `after` the begin of the window
-  /// The search reached its limit of steps, or could not decide a distance: no impact before `after`, later
-  /// ones are not known. With `overflow` and an invalid `second`: the named pair was not searched.
-  undecided,
+  undecided,  ///< no pair comes that near before `after`; whether one does later is not known (`reason`)
+};
+
+/// Why an answer is undecided.
+enum class UndecidedReason : std::uint8_t {
+  none,  ///< it is decided
+  /// The pair with `second` needs more than max_impact_steps steps: the bodies stay near one another, within
+  /// some tolerances, for a long time compared with their size over their speed.
+  steps,
+  /// The distance of the pair with `second` at `after` is not known well enough to decide whether the bodies
+  /// are within the tolerance: single precision does not resolve it (convex parts), or its search reached its
+  /// limit of work (surfaces).
+  distance,
+  /// `overflow`: the named pair does not fit into the batch and was not searched. `second` is invalid, `after`
+  /// is 0.
+  capacity,
 };
 
 struct ImpactAnswer {
   ImpactStatus status = ImpactStatus::none;
+  UndecidedReason reason = UndecidedReason::none;
   EntityId second{};  ///< invalid: none
   /// From the begin of the window; 0: the pair is that near already, or penetrates.
   Nanoseconds after{0};
@@ -56,7 +70,7 @@ struct ImpactAnswer {
   std::uint32_t candidates = 0;  ///< pairs whose bounding spheres come that near in the window
   /// There are more candidates than candidates_per_search, of which those with the lowest indices were
   /// searched, or the batch has more pairs of convex parts and pairs of surfaces than capacity times
-  /// candidates_per_search. A named pair that does not fit is undecided.
+  /// candidates_per_search. A named pair that does not fit is undecided for lack of capacity.
   bool overflow = false;
   bool incomplete = false;  ///< a search reached the device's limits: nothing follows from the answer
 };
@@ -74,11 +88,9 @@ struct ImpactQueryOptions {
 /// transaction. Of several first impacts at one time, that with the lowest entity index.
 /// Precision: at the time of the answer the distance is between 0 and the tolerance, and at no earlier time
 /// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
-/// of the tolerance, these take its place. distance_m of surfaces may be too large by a tenth. Where
-/// the search for the distance reached its limit of visits, the error may be larger, but distance_m is not
-/// above the tolerance. Where a body lies within the other one at the begin of the window, distance_m is 0
-/// and p_first_m the middle of the nearest points that the search has found, also if the surfaces touch
-/// elsewhere.
+/// of the tolerance, these take its place. distance_m of surfaces may be too large by a tenth. Where the
+/// tested corner of a surface lies within the other body at the begin of the window, distance_m is 0 and
+/// p_first_m is that corner, also if the surfaces touch elsewhere.
 class ImpactQuery : public Query {
  public:
   virtual std::span<ImpactSearch> searches() noexcept = 0;
@@ -86,5 +98,6 @@ class ImpactQuery : public Query {
 };
 
 const char* to_string(ImpactStatus status) noexcept;
+const char* to_string(UndecidedReason reason) noexcept;
 
 }  // namespace rtstdb

@@ -55,6 +55,7 @@ inline constexpr std::uint32_t max_contact_surface_triangles = 1u << 23;
 inline constexpr std::uint32_t default_contact_surface_pairs = 1u << 12;
 inline constexpr double max_contact_margin_m = 1e3;                   ///< ContactSearch::margin_m
 inline constexpr std::int64_t max_impact_window_ns = 10'000'000'000;  ///< ImpactSearch::window
+inline constexpr std::uint32_t max_impact_steps = 4096;               ///< UndecidedReason::steps
 inline constexpr double min_impact_tolerance_m = 1e-6;                ///< ImpactSearch::tolerance_m
 inline constexpr std::uint32_t max_images_per_query = 1u << 16;
 inline constexpr std::uint32_t max_image_side = 1u << 14;              ///< ImageQueryOptions: width, height

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include <rtstdb/limits.hpp>
 
@@ -21,6 +22,14 @@
 
 namespace rtstdb::query {
 namespace {
+
+static_assert(shared::max_convex_steps == max_impact_steps && shared::max_surface_steps == max_impact_steps);
+
+constexpr std::uint32_t no_pair = 0xFFFFFFFF;
+
+/// Pairs of surfaces are incomplete if the shapes of deforming geometry were shown anew so often, since each
+/// time the paused searches begin again.
+constexpr std::uint32_t max_shape_changes = 16;
 
 glm::vec4 as_vec4(const glm::dquat& q) noexcept {
   return {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z), static_cast<float>(q.w)};
@@ -89,15 +98,17 @@ Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const ImpactQu
 }
 
 GpuImpactQuery::GpuImpactQuery(const ImpactQueryOptions& options)
-    : GpuQuery(options.capacity, options.late), options_(options) {
+    : GpuQuery(options.capacity, options.late, options.capacity * options.candidates_per_search),
+      options_(options) {
   answers_.resize(slots().count());
 }
 
 void GpuImpactQuery::allocate_host_memory() {
   searches_.resize(options_.capacity);
   sweeps_.reserve(options_.capacity);
-  pairs_.reserve(std::size_t{options_.capacity} * options_.candidates_per_search);
-  first_s_.resize(options_.capacity);
+  pairs_.reserve(max_pairs());
+  first_events_.resize(options_.capacity);
+  slot_pairs_.resize(surface_slots());
   for (auto& answers : answers_)
     answers.resize(options_.capacity);
 }
@@ -106,9 +117,10 @@ DeviceNeeds GpuImpactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   DeviceNeeds needs;
   needs.kernels.push_back(kernel_need(gpu::ShaderId::impact_candidates, shared::SweepArgs{}));
   needs.kernels.push_back(kernel_need(gpu::ShaderId::impact_advance, shared::ContactArgs{}));
-  needs.kernels.push_back(kernel_need(gpu::ShaderId::impact_surfaces, shared::ContactArgs{}));
+  needs.kernels.push_back(kernel_need(gpu::ShaderId::impact_surfaces, shared::SurfaceAdvanceArgs{}));
   const std::size_t searches = options_.capacity;
-  const std::size_t pairs = searches * options_.candidates_per_search;  // of parts
+  const std::size_t pairs = max_pairs();  // of parts
+  const std::size_t slots = surface_slots();
   const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory) {
     needs.buffers.push_back({&made, {.name = options_.name + what, .size_bytes = bytes, .memory = memory}});
   };
@@ -118,6 +130,10 @@ DeviceNeeds GpuImpactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   buffer(records_, " pairs", pairs * sizeof(shared::AdvanceRecord), gpu::Memory::upload);
   buffer(states_, " states", pairs * sizeof(shared::AdvanceState), gpu::Memory::readback);
   buffer(active_, " active pairs", pairs * sizeof(std::uint32_t), gpu::Memory::upload);
+  buffer(active_surfaces_, " active surfaces", slots * sizeof(shared::ActiveSurfaces), gpu::Memory::upload);
+  buffer(searches_buffer_, " paused searches", slots * sizeof(shared::ApproachSearch), gpu::Memory::device);
+  buffer(waiting_, " waiting parts", slots * shared::max_waiting_parts * sizeof(shared::WaitingParts),
+         gpu::Memory::device);
   return needs;
 }
 
@@ -127,7 +143,8 @@ std::vector<const gpu::Buffer*> GpuImpactQuery::bound_buffers(gpu::ShaderId shad
   if (shader == gpu::ShaderId::impact_candidates)
     return {&tlas.instances(slot), &sweeps_buffer_, &counts_, &ids_};
   if (shader == gpu::ShaderId::impact_surfaces)
-    return {&pool.nodes(), &pool.triangles(), &pool.geometries(), &records_, &states_, &active_};
+    return {&pool.nodes(), &pool.triangles(),    &pool.geometries(), &records_,
+            &states_,      &active_surfaces_, &searches_buffer_,  &waiting_};
   return {&pool.hulls(), &records_, &states_, &active_};
 }
 
@@ -142,25 +159,33 @@ std::optional<BadInput> GpuImpactQuery::check(std::uint32_t count, const RowSour
 
 std::uint32_t GpuImpactQuery::begin_first_stage(std::uint32_t count, const BatchWorld& /*world*/) noexcept {
   count_ = count;
+  phase_ = Phase::candidates;
+  next_surfaces_ = shape_changes_ = 0;
   sweeps_.clear();
   pairs_.clear();
+  std::ranges::fill(slot_pairs_, no_pair);
   for (std::uint32_t search = 0; search < count; ++search) {
     written(search) = {};
-    first_s_[search] = std::numeric_limits<double>::infinity();
+    first_events_[search] = {};
     if (!searches_[search].second.valid()) sweeps_.push_back(search);
   }
   return static_cast<std::uint32_t>(sweeps_.size());
 }
 
-std::uint32_t GpuImpactQuery::begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept {
-  if (stage == 1) add_pairs(world);
-  if (stage > last_advance_stage) {
-    write_answers(world);
-    return 0;
+std::uint32_t GpuImpactQuery::begin_stage(std::uint32_t /*stage*/, const BatchWorld& world) noexcept {
+  if (phase_ == Phase::candidates) {
+    add_pairs(world);
+    phase_ = Phase::convex;
   }
-  const bool is_first_of_kind = stage == 1 || stage == advance_stages + 1;
-  active_count_ = is_first_of_kind || active_count_ > 0 ? list_active_pairs(advances_surfaces(stage)) : 0;
-  return active_count_;
+  if (phase_ == Phase::convex) {
+    if (const std::uint32_t active = list_convex(); active > 0) return active;
+    phase_ = Phase::surfaces;
+    shapes_ = world.pool.shown();
+  }
+  if (const std::uint32_t active = list_surfaces(world.pool.shown()); active > 0) return active;
+  phase_ = Phase::answered;
+  write_answers(world);
+  return 0;
 }
 
 void GpuImpactQuery::add_pairs(const BatchWorld& world) noexcept {
@@ -194,7 +219,7 @@ void GpuImpactQuery::add_pair(std::uint32_t search, EntityId second, const Batch
   const std::uint32_t second_parts = world.pool.convex_parts(second_row.geometry.index);
   const bool is_surfaces = first_parts == 0 || second_parts == 0;
   const std::size_t count = is_surfaces ? 1 : std::size_t{first_parts} * second_parts;
-  if (pairs_.size() + count > std::size_t{options_.capacity} * options_.candidates_per_search) {
+  if (pairs_.size() + count > max_pairs()) {
     written(search).overflow = true;
     return note_overflow();
   }
@@ -225,19 +250,61 @@ double GpuImpactQuery::time_of(std::uint32_t pair) const noexcept {
   return std::bit_cast<double>(std::uint64_t{words.y} << 32 | words.x);
 }
 
-/// Lists the pairs of a kind that go on, but for those that can not be the first of their search to meet.
-std::uint32_t GpuImpactQuery::list_active_pairs(bool surfaces) noexcept {
-  const auto states = states_.host_as<const shared::AdvanceState>();
-  for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
-    double& first_s = first_s_[pairs_[pair].search];
-    if (states[pair].state == shared::advance_meets) first_s = std::min(first_s, time_of(pair));
-  }
+bool GpuImpactQuery::is_out_of_steps(std::uint32_t pair) const noexcept {
+  const shared::AdvanceState& state = states_.host_as<const shared::AdvanceState>()[pair];
+  const std::uint32_t max_steps =
+      pairs_[pair].is_surfaces ? shared::max_surface_steps : shared::max_convex_steps;
+  return state.state == shared::advance_goes_on && state.steps >= max_steps;
+}
+
+bool GpuImpactQuery::is_before(std::uint32_t pair, const FirstEvent& event) const noexcept {
+  const double time_s = time_of(pair);
+  return time_s < event.time_s || (time_s == event.time_s && pair < event.pair);
+}
+
+bool GpuImpactQuery::goes_on(std::uint32_t pair) const noexcept {
+  const std::uint32_t state = states_.host_as<const shared::AdvanceState>()[pair].state;
+  return state == shared::advance_goes_on && !is_out_of_steps(pair) &&
+         is_before(pair, first_events_[pairs_[pair].search]);
+}
+
+void GpuImpactQuery::note_event(std::uint32_t pair) noexcept {
+  const std::uint32_t state = states_.host_as<const shared::AdvanceState>()[pair].state;
+  const bool is_event =
+      state == shared::advance_meets || state == shared::advance_undecided || is_out_of_steps(pair);
+  FirstEvent& first = first_events_[pairs_[pair].search];
+  if (is_event && is_before(pair, first)) first = {time_of(pair), pair};
+}
+
+std::uint32_t GpuImpactQuery::list_convex() noexcept {
+  const auto pairs = static_cast<std::uint32_t>(pairs_.size());
+  for (std::uint32_t pair = 0; pair < pairs; ++pair)
+    if (!pairs_[pair].is_surfaces) note_event(pair);
   const auto active = active_.host_as<std::uint32_t>();
   std::uint32_t count = 0;
-  for (std::uint32_t pair = 0; pair < pairs_.size(); ++pair) {
-    if (pairs_[pair].is_surfaces == surfaces && states[pair].state == shared::advance_goes_on &&
-        time_of(pair) < first_s_[pairs_[pair].search])
-      active[count++] = pair;
+  for (std::uint32_t pair = 0; pair < pairs; ++pair)
+    if (!pairs_[pair].is_surfaces && goes_on(pair)) active[count++] = pair;
+  return count;
+}
+
+std::uint32_t GpuImpactQuery::list_surfaces(std::uint64_t shapes) noexcept {
+  for (const std::uint32_t pair : slot_pairs_)
+    if (pair != no_pair) note_event(pair);
+  if (std::exchange(shapes_, shapes) != shapes && ++shape_changes_ > max_shape_changes) return 0;
+  const auto active = active_surfaces_.host_as<shared::ActiveSurfaces>();
+  std::uint32_t count = 0;
+  for (std::uint32_t slot = 0; slot < slot_pairs_.size(); ++slot) {
+    std::uint32_t& pair = slot_pairs_[slot];
+    if (pair != no_pair && goes_on(pair)) {
+      active[count++] = {.pair = pair, .slot = slot};
+      continue;
+    }
+    pair = no_pair;
+    while (next_surfaces_ < pairs_.size() && !(pairs_[next_surfaces_].is_surfaces && goes_on(next_surfaces_)))
+      ++next_surfaces_;
+    if (next_surfaces_ == pairs_.size()) continue;
+    pair = next_surfaces_++;
+    active[count++] = {.pair = pair, .slot = slot};
   }
   return count;
 }
@@ -247,37 +314,30 @@ void GpuImpactQuery::write_answers(const BatchWorld& world) noexcept {
   std::uint32_t pair = 0;
   for (std::uint32_t search = 0; search < count_; ++search) {
     ImpactAnswer& answer = written(search);
-    ImpactAnswer best{
-        .candidates = answer.candidates, .overflow = answer.overflow, .incomplete = answer.incomplete};
-    if (best.overflow && searches_[search].second.valid()) best.status = ImpactStatus::undecided;
-    double best_s = std::numeric_limits<double>::infinity();
-    for (; pair < pairs_.size() && pairs_[pair].search == search; ++pair) {
-      const shared::AdvanceState& state = states[pair];
-      if (state.state == shared::advance_unfinished) best.incomplete = true;
-      const bool is_event = state.state != shared::advance_ends && state.state != shared::advance_unfinished;
-      if (!is_event || time_of(pair) >= best_s) continue;
-      best_s = time_of(pair);
-      const ImpactAnswer found = answer_of(pairs_[pair], state, world);
-      best.status = found.status;
-      best.second = found.second;
-      best.after = found.after;
-      best.distance_m = found.distance_m;
-      best.p_first_m = found.p_first_m;
-      best.n_world = found.n_world;
-      best.v_relative_mps = found.v_relative_mps;
+    for (; pair < pairs_.size() && pairs_[pair].search == search; ++pair)
+      if (states[pair].state == shared::advance_unfinished || goes_on(pair)) answer.incomplete = true;
+    const FirstEvent& first = first_events_[search];
+    if (first.time_s < std::numeric_limits<double>::infinity()) {
+      write_event(first.pair, answer, world);
+    } else if (answer.overflow && searches_[search].second.valid()) {
+      answer.status = ImpactStatus::undecided;
+      answer.reason = UndecidedReason::capacity;
     }
-    answer = best;
   }
 }
 
-ImpactAnswer GpuImpactQuery::answer_of(const Pair& pair, const shared::AdvanceState& state,
-                                       const BatchWorld& world) const noexcept {
-  const double time_s = std::bit_cast<double>(std::uint64_t{state.time_s.y} << 32 | state.time_s.x);
-  ImpactAnswer answer{
-      .status = state.state == shared::advance_meets ? ImpactStatus::impact : ImpactStatus::undecided,
-      .second = pair.second,
-      .after = Nanoseconds(static_cast<std::int64_t>(std::floor(time_s * 1e9)))};
-  if (answer.status != ImpactStatus::impact) return answer;
+void GpuImpactQuery::write_event(std::uint32_t index, ImpactAnswer& answer,
+                                 const BatchWorld& world) const noexcept {
+  const Pair& pair = pairs_[index];
+  const shared::AdvanceState& state = states_.host_as<const shared::AdvanceState>()[index];
+  answer.second = pair.second;
+  answer.after = Nanoseconds(static_cast<std::int64_t>(std::floor(time_of(index) * 1e9)));
+  if (state.state != shared::advance_meets) {
+    answer.status = ImpactStatus::undecided;
+    answer.reason = is_out_of_steps(index) ? UndecidedReason::steps : UndecidedReason::distance;
+    return;
+  }
+  answer.status = ImpactStatus::impact;
   const Motion& first = world.rows.row(searches_[pair.search].first.index)->row.motion;
   const Motion& second = world.rows.row(pair.second.index)->row.motion;
   const bool is_apart = state.distance_m > 0.0f;
@@ -289,7 +349,6 @@ ImpactAnswer GpuImpactQuery::answer_of(const Pair& pair, const shared::AdvanceSt
   const glm::dvec3 from_second_m = pose_at(first, t).p_world_m - pose_at(second, t).p_world_m + from_first_m;
   answer.v_relative_mps = glm::vec3(first.v_world_mps + glm::cross(first.w_world_radps, from_first_m) -
                                     second.v_world_mps - glm::cross(second.w_world_radps, from_second_m));
-  return answer;
 }
 
 // ---- the stages on the device
@@ -315,9 +374,19 @@ void GpuImpactQuery::record(const BatchPart& part, const Recording& recording) n
     }
     return;
   }
+  if (phase_ == Phase::surfaces) {
+    const std::uint64_t shapes = recording.pool.shown();
+    shared::SurfaceAdvanceArgs of_all{};
+    of_all.shapes = {static_cast<std::uint32_t>(shapes), static_cast<std::uint32_t>(shapes >> 32)};
+    dispatch_places(part, retry_places(), of_all, recording.halt, limits().processors,
+                    [&](const DispatchLayout& layout, const shared::SurfaceAdvanceArgs& args) {
+                      dispatch(kernel(2), recording, layout, args);
+                    });
+    return;
+  }
   dispatch_places(part, retry_places(), shared::ContactArgs{}, recording.halt, limits().processors,
                   [&](const DispatchLayout& layout, const shared::ContactArgs& args) {
-                    dispatch(kernel(advances_surfaces(part.stage) ? 2 : 1), recording, layout, args);
+                    dispatch(kernel(1), recording, layout, args);
                   });
 }
 
@@ -347,7 +416,9 @@ void GpuImpactQuery::unpack(const BatchPart& part, const accel::TlasView& /*view
 
 bool GpuImpactQuery::is_incomplete(std::uint32_t place) const noexcept {
   if (stage() == 0) return counts_.host_as<const shared::RegionCount>()[place].incomplete != 0;
-  const std::uint32_t pair = active_.host_as<const std::uint32_t>()[place];
+  const std::uint32_t pair = phase_ == Phase::surfaces
+                                 ? active_surfaces_.host_as<const shared::ActiveSurfaces>()[place].pair
+                                 : active_.host_as<const std::uint32_t>()[place];
   return states_.host_as<const shared::AdvanceState>()[pair].state == shared::advance_unfinished;
 }
 
