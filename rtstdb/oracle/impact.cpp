@@ -1,5 +1,6 @@
 // Judges first times of impact: by the exact distance at the time of the answer, and by a search in double
-// precision for an earlier time at which the bodies were nearer.
+// precision for an earlier time at which the bodies were nearer: of surfaces by branch and bound over time and
+// both trees (surface_approach.hpp), of convex bodies by the halving of intervals of time.
 
 #include <glm/geometric.hpp>
 
@@ -15,6 +16,7 @@
 #include "rtstdb/oracle/judged.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 #include "rtstdb/oracle/posed_ray.hpp"
+#include "rtstdb/oracle/surface_approach.hpp"
 
 namespace rtstdb::oracle {
 namespace {
@@ -74,28 +76,38 @@ JudgedParts nearest_parts(const World& world, EntityId first, EntityId second, W
   return nearest;
 }
 
-/// Distance of two entities at a time: of convex parts negative where they penetrate; of surfaces 0 where
-/// they cross, and the gap between them where one body lies within the other.
-struct DistanceTruth {
-  double distance_m = 0.0;
-  double noise_m = 0.0;
-};
-
-DistanceTruth distance_at(const World& world, EntityId first, EntityId second, WorldTime t) {
-  if (!is_surface_pair(world, first, second)) {
-    const PairTruth truth = nearest_parts(world, first, second, t).truth;
-    return {truth.distance_m, truth.noise_m};
-  }
-  const SurfacePair pair(world, first, second, t);
-  const double distance_m = surface_gap(pair.first_surface, pair.second_surface).distance_m;
-  return {distance_m, surface_noise_m(pair.first_surface, pair.second_surface, distance_m)};
+/// What single precision resolves of the positions of two surfaces: 4 units in the last place.
+double rounding_m(const SurfaceBody& first, const SurfaceBody& second) {
+  return 4.0 / 8388608.0 * std::max(first.largest_coordinate_m(), second.largest_coordinate_m());
 }
 
-/// The first time, up to `end_s` after the begin of the window, at which the distance is below the level;
-/// empty: none. The time advances by what the distance needs at least to shrink to the level: no point of one
-/// body moves faster relative to the other. Where the distance is near the level, by steps of `step_s`.
-std::optional<double> first_below(const World& world, const ImpactSearch& search, EntityId second,
-                                  double level_m, double end_s, double step_s) {
+/// A time, up to `end_s` after the begin of the window, at which convex bodies are nearer than the level; the
+/// first one but for a nanosecond. Empty: none. No point of one body moves faster than `speed_mps` relative to
+/// the other, so the distance in the middle of an interval decides for the interval, or both halves of it are
+/// searched.
+std::optional<double> time_below(const World& world, const ImpactSearch& search, EntityId second,
+                                 double level_m, double speed_mps, double begin_s, double end_s) {
+  const double middle_s = 0.5 * (begin_s + end_s);
+  const double distance_m =
+      nearest_parts(world, search.first, second, after_s(search.t, middle_s)).truth.distance_m;
+  const double half_s = 0.5 * (end_s - begin_s);
+  if (distance_m - speed_mps * half_s >= level_m) return std::nullopt;
+  if (half_s < 0.5e-9) return distance_m < level_m ? std::optional(middle_s) : std::nullopt;
+  if (const auto earlier = time_below(world, search, second, level_m, speed_mps, begin_s, middle_s))
+    return earlier;
+  if (distance_m < level_m) return middle_s;
+  return time_below(world, search, second, level_m, speed_mps, middle_s, end_s);
+}
+
+/// An earlier time than `end_s` at which the bodies are nearer than half the tolerance.
+std::optional<double> earlier_impact(const World& world, const ImpactSearch& search, EntityId second,
+                                     double end_s) {
+  const double half_m = 0.5 * static_cast<double>(search.tolerance_m);
+  if (is_surface_pair(world, search.first, second)) {
+    const SurfacePair pair(world, search.first, second, search.t);
+    return time_nearer_than(world, search, second,
+                            half_m - rounding_m(pair.first_surface, pair.second_surface), end_s);
+  }
   const Motion& a = world.find(search.first)->row.motion;
   const Motion& b = world.find(second)->row.motion;
   const double reach_a_m = posed(world, *world.find(search.first), search.t, false).reach();
@@ -103,13 +115,8 @@ std::optional<double> first_below(const World& world, const ImpactSearch& search
   const double speed_mps = glm::length(a.v_world_mps - b.v_world_mps) +
                            glm::length(a.w_world_radps) * reach_a_m +
                            glm::length(b.w_world_radps) * reach_b_m;
-  for (double s = 0.0; s <= end_s;) {
-    const double distance_m = distance_at(world, search.first, second, after_s(search.t, s)).distance_m;
-    if (distance_m < level_m) return s;
-    if (speed_mps <= 0.0) return std::nullopt;
-    s += std::max((distance_m - level_m) / speed_mps, step_s);
-  }
-  return std::nullopt;
+  const double noise_m = nearest_parts(world, search.first, second, search.t).truth.noise_m;
+  return time_below(world, search, second, half_m - noise_m, speed_mps, 0.0, end_s);
 }
 
 /// Of two entities that are answered to meet.
@@ -127,47 +134,42 @@ Judgement judge_velocity(const World& world, const ImpactSearch& search, const I
   return {};
 }
 
-/// The query tests one corner of each surface, any one.
-bool has_corner_in(const SurfaceBody& surface, const SurfaceBody& body) {
-  if (!body.has_inside()) return false;
-  return std::ranges::any_of(surface.triangles(),
-                             [&](const SurfaceTriangle& triangle) { return body.is_inside(triangle[0]); });
+/// Whether a point of one surface lies in the other body.
+bool is_point_within(const SurfaceBody& surface, const SurfaceBody& body, const glm::dvec3& p_m,
+                     double slack_m) {
+  return surface.nearest(p_m).distance_m <= slack_m &&
+         (body.is_inside(p_m) || (body.has_inside() && body.nearest(p_m).distance_m <= slack_m));
 }
 
 /// Surfaces: the distance and the nearest points at the time of the answer.
 Judgement judge_surfaces(const World& world, const ImpactSearch& search, const ImpactAnswer& answer) {
   const SurfacePair pair(world, search.first, answer.second, search.t + answer.after);
-  const double distance_m = surface_gap(pair.first_surface, pair.second_surface).distance_m;
+  const SurfaceBody& first = pair.first_surface;
+  const SurfaceBody& second = pair.second_surface;
+  const double distance_m = surface_gap(first, second).distance_m;
   const auto tolerance_m = static_cast<double>(search.tolerance_m);
   const auto answered_m = static_cast<double>(answer.distance_m);
   const double speed_mps = glm::length(glm::dvec3(answer.v_relative_mps));
-  const double slack_m = surface_noise_m(pair.first_surface, pair.second_surface, distance_m) +
-                         0.12 * tolerance_m + 2e-9 * speed_mps;
+  const double slack_m = 2.0 * rounding_m(first, second) + 2e-9 * speed_mps;
   const glm::dvec3 p_m(answer.p_first_m);
-  const double off_m =
-      std::max(pair.first_surface.nearest(p_m).distance_m, pair.second_surface.nearest(p_m).distance_m);
-  if (answered_m == 0.0 && (distance_m > slack_m || off_m > 0.5 * distance_m + 2.0 * slack_m)) {
-    // Then one of the bodies lies within the other one.
-    const bool is_within =
-        answer.after.count() == 0 && (has_corner_in(pair.first_surface, pair.second_surface) ||
-                                      has_corner_in(pair.second_surface, pair.first_surface));
-    if (is_within) return judge_velocity(world, search, answer);
-    if (distance_m > slack_m)
-      return judged(Verdict::differs, "surfaces that are %.9g m apart touch", distance_m);
-  }
-  // Where its search reached its limit, the answered distance is an upper bound.
-  if (answered_m > distance_m + slack_m && answered_m <= tolerance_m)
-    return judged(Verdict::too_close, "distance %.9g m instead of %.9g m", answered_m, distance_m);
-  if (std::abs(distance_m - answered_m) > slack_m || distance_m > tolerance_m + slack_m)
+  const double off_m = std::max(first.nearest(p_m).distance_m, second.nearest(p_m).distance_m);
+  const bool is_within = answered_m == 0.0 && answer.after.count() == 0 &&
+                         (is_point_within(first, second, p_m, 2.0 * slack_m) ||
+                          is_point_within(second, first, p_m, 2.0 * slack_m));
+  if (is_within) return judge_velocity(world, search, answer);
+  // The answered distance may be too large by a tenth.
+  if (answered_m < distance_m - slack_m || answered_m > 1.1 * distance_m + slack_m)
     return judged(Verdict::differs, "distance %.9g m instead of %.9g m", answered_m, distance_m);
-  if (off_m > 0.5 * distance_m + 2.0 * slack_m)
-    return judged(Verdict::differs, "the point is %.9g m off a surface", off_m);
-  if (distance_m > slack_m) {
+  if (distance_m > tolerance_m + slack_m)
+    return judged(Verdict::differs, "surfaces that are %.9g m apart meet", distance_m);
+  if (off_m > 0.55 * distance_m + 2.0 * slack_m)
+    return judged(Verdict::differs, "the point is %.9g m off a surface at %.9g m", off_m, distance_m);
+  if (distance_m > 20.0 * slack_m) {
     const glm::dvec3 n(answer.n_world);
     if (std::abs(glm::length(n) - 1.0) > 1e-4) return judged(Verdict::differs, "a normal that is not unit");
-    const double left_m = surface_gap(pair.first_surface, pair.second_surface, -distance_m * n).distance_m;
-    if (left_m > 2.0 * slack_m + 0.2 * distance_m)
-      return judged(Verdict::differs, "moved along the normal they are %.9g m apart", left_m);
+    const double apart_m = surface_gap(first, second, -answered_m * n).distance_m;
+    if (apart_m > 2.0 * slack_m + 0.2 * distance_m)
+      return judged(Verdict::differs, "moved along the normal they are %.9g m apart", apart_m);
   }
   return judge_velocity(world, search, answer);
 }
@@ -224,6 +226,13 @@ Judgement judge(const World& world, const ImpactSearch& search, std::span<const 
                   possible);
   if (answer.overflow != (answer.candidates > options.candidates_per_search))
     return judged(Verdict::differs, "overflow is wrong for %u candidates", answer.candidates);
+  if ((answer.status == ImpactStatus::undecided) != (answer.reason != UndecidedReason::none))
+    return judged(Verdict::differs, "%s for the reason %s", to_string(answer.status),
+                  to_string(answer.reason));
+  if ((answer.reason == UndecidedReason::capacity) != (answer.status == ImpactStatus::undecided &&
+                                                       !answer.second.valid()))
+    return judged(Verdict::differs, "the pair with entity %u is undecided for the reason %s",
+                  answer.second.index, to_string(answer.reason));
   if (answer.overflow) return judged(Verdict::too_close, "not all candidates were searched");
   const bool has_end = answer.status != ImpactStatus::none;
   const double end_s = seconds_of(has_end ? answer.after : search.window);
@@ -232,16 +241,13 @@ Judgement judge(const World& world, const ImpactSearch& search, std::span<const 
       return judgement;
   }
   for (const Other& other : others) {
-    if (other.gap_m > other.noise_m) continue;
-    const DistanceTruth truth = distance_at(world, search.first, other.id, search.t);
-    const double level_m = 0.5 * static_cast<double>(search.tolerance_m) - truth.noise_m;
-    const auto earlier_s = first_below(world, search, other.id, level_m, end_s, std::max(1e-4 * end_s, 1e-9));
-    if (earlier_s && *earlier_s < end_s - 2e-9)
+    if (other.gap_m > other.noise_m || end_s <= 2e-9) continue;
+    if (const auto earlier_s = earlier_impact(world, search, other.id, end_s - 2e-9))
       return judged(Verdict::differs, "entity %u is nearer after %.9g s, before %.9g s", other.id.index,
                     *earlier_s, end_s);
   }
   if (answer.status == ImpactStatus::undecided)
-    return judged(Verdict::too_close, "undecided after %.9g s", end_s);
+    return judged(Verdict::too_close, "undecided after %.9g s: %s", end_s, to_string(answer.reason));
   return {};
 }
 

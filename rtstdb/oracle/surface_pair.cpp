@@ -161,6 +161,11 @@ Segment between_triangles(const SurfaceTriangle& a, const SurfaceTriangle& b) {
 
 }  // namespace
 
+double triangles_apart_m(const SurfaceTriangle& a, const SurfaceTriangle& b) {
+  const Segment segment = between_triangles(a, b);
+  return glm::distance(segment.from_m, segment.to_m);
+}
+
 SurfaceGap surface_gap(const SurfaceBody& first, const SurfaceBody& second, const glm::dvec3& move_first_m) {
   SurfaceGap gap;
   double limit_m = gap.distance_m;

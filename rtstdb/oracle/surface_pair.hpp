@@ -18,6 +18,9 @@ struct SurfaceGap {
   std::uint32_t first_triangle = 0, second_triangle = 0;
 };
 
+/// 0 where they intersect.
+double triangles_apart_m(const SurfaceTriangle& a, const SurfaceTriangle& b);
+
 /// The shortest segment, with the first surface translated by `move_first_m`. Among pairs of triangles that
 /// intersect, any one.
 SurfaceGap surface_gap(const SurfaceBody& first, const SurfaceBody& second,
