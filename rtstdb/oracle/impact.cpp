@@ -196,7 +196,10 @@ Judgement judge_meeting(const World& world, const ImpactSearch& search, const Im
   if (answer.distance_m == 0.0f) return {};
   const glm::dvec3 n(answer.n_world);
   if (std::abs(glm::length(n) - 1.0) > 1e-4) return judged(Verdict::differs, "a normal that is not unit");
-  if (gap_along_m(pair.first_body, pair.second_body, n) < truth.distance_m - slack_m - 0.02 * tolerance_m)
+  const double larger_m = std::max(pair.first_body.diagonal_m, pair.second_body.diagonal_m);
+  const double n_error = 4.0 / 8388608.0 * larger_m / truth.distance_m;
+  if (gap_along_m(pair.first_body, pair.second_body, n) <
+      truth.distance_m - slack_m - 0.02 * tolerance_m - n_error * larger_m)
     return judged(Verdict::differs, "the bodies are not that far apart along the normal");
   const glm::dvec3 p_m(answer.p_first_m);
   for (const ConvexBody* body : {&pair.first_body, &pair.second_body}) {

@@ -4,6 +4,8 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 
 #include "rtstdb/oracle/posed_ray.hpp"
 #include "rtstdb/oracle/surface_body.hpp"
@@ -40,6 +42,18 @@ glm::dvec3 center_of(const SurfaceBox& box) {
 
 double radius_of(const SurfaceBox& box) {
   return 0.5 * glm::distance(box.minimum_m, box.maximum_m);
+}
+
+/// The distance of a triangle from the plane of another one; 0 where it crosses the plane.
+double beyond_plane_m(const SurfaceTriangle& triangle, const SurfaceTriangle& of_plane) {
+  const glm::dvec3 normal = glm::cross(of_plane[1] - of_plane[0], of_plane[2] - of_plane[0]);
+  const double length = glm::length(normal);
+  if (!(length > 0.0)) return 0.0;
+  std::array<double, 3> heights_m{};
+  for (std::size_t i = 0; i < 3; ++i)
+    heights_m[i] = glm::dot(triangle[i] - of_plane[0], normal) / length;
+  const auto [least, most] = std::ranges::minmax(heights_m);
+  return std::max({least, -most, 0.0});
 }
 
 class ApproachSearch {
@@ -85,8 +99,9 @@ class ApproachSearch {
         glm::distance(interval.q_first * center_a_m + interval.p_m, interval.q_second * center_b_m);
     if (centers_m - radius_a_m - radius_b_m - moves_m >= level_m_) return std::nullopt;
     const bool a_is_leaf = of_first.count > 0, b_is_leaf = of_second.count > 0;
+    if (a_is_leaf && b_is_leaf && moves_m > std::max(radius_a_m, radius_b_m)) return halves(a, b, interval);
     if (a_is_leaf && b_is_leaf) {
-      const double distance_m = leaves_apart_m(of_first, of_second, interval);
+      const double distance_m = leaves_apart_m(of_first, of_second, interval, level_m_ + moves_m);
       if (distance_m < level_m_) return interval.middle_s;
       if (distance_m - moves_m >= level_m_) return std::nullopt;
       return halves(a, b, interval);
@@ -109,8 +124,9 @@ class ApproachSearch {
     return search(a, b, at(interval.middle_s + half_s, half_s));
   }
 
-  double leaves_apart_m(const SurfaceBody::Node& a, const SurfaceBody::Node& b,
-                        const Interval& interval) const {
+  /// Of triangles that are farther apart than `far_m`, any distance that is not shorter.
+  double leaves_apart_m(const SurfaceBody::Node& a, const SurfaceBody::Node& b, const Interval& interval,
+                        double far_m) const {
     double least_m = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = a.first; i < a.first + a.count; ++i) {
       SurfaceTriangle of_first = first_.body.triangles()[first_.body.order()[i]];
@@ -120,7 +136,8 @@ class ApproachSearch {
         SurfaceTriangle of_second = second_.body.triangles()[second_.body.order()[k]];
         for (glm::dvec3& corner : of_second)
           corner = interval.q_second * corner;
-        least_m = std::min(least_m, triangles_apart_m(of_first, of_second));
+        const double planes_m = std::max(beyond_plane_m(of_first, of_second), beyond_plane_m(of_second, of_first));
+        least_m = std::min(least_m, planes_m > far_m ? planes_m : triangles_apart_m(of_first, of_second));
       }
     }
     return least_m;

@@ -173,7 +173,7 @@ class RandomSurfaceImpacts : public DeformingGeometry {
 
 TEST_F(RandomSurfaceImpacts, AreDecidedAndAgreeWithTheOracle) {
   constexpr std::uint32_t pairs = 600;
-  const std::uint64_t batches = hil::tests::rounds(5, 200);
+  const std::uint64_t batches = hil::tests::rounds(8, 100);
   Counts counts;
   for (std::uint64_t round = 0; round < batches && !HasFailure(); ++round) {
     SCOPED_TRACE(testing::Message() << "round " << round);
@@ -207,7 +207,7 @@ TEST_F(RandomSurfaceImpacts, AreDecidedAndAgreeWithTheOracle) {
 
 TEST_F(RandomSurfaceImpacts, OfHullsAreDecidedAndAgreeWithTheOracle) {
   constexpr std::uint32_t pairs = 600;
-  const std::uint64_t batches = hil::tests::rounds(5, 200);
+  const std::uint64_t batches = hil::tests::rounds(8, 100);
   Counts counts;
   for (std::uint64_t round = 0; round < batches && !HasFailure(); ++round) {
     SCOPED_TRACE(testing::Message() << "round " << round);
