@@ -112,8 +112,8 @@ RTSTDB_CONSTANT(max_waiting_parts, 192)
   F(uint, visits)                                                                  \
   F(float, after_s)  /* least one of the pairs of triangles that were visited */   \
   F(float, square)   /* of the distance of the nearest two within the tolerance */ \
-  F(vec3, first)     /* the nearest points of these */                             \
-  F(vec3, second)
+  F(vec3, first)     /* the nearest point of the first one of these */             \
+  F(vec3, between)   /* from that of the second one */
 RTSTDB_STRUCT(ApproachSearch)
 
 #endif

@@ -61,8 +61,6 @@ class RandomSurfaceImpacts : public DeformingGeometry {
     std::array<std::size_t, 4> by_reason{};
   };
 
-  static double size_m(const EntityRow& row, double mesh_m) { return mesh_m * row.scale.x; }
-
   /// A pair of which the larger body is `ratio` times as large as the smaller one. Geometries are of about
   /// 1 m.
   static std::array<EntityRow, 2> random_pair(Random& random, GeometryId first, GeometryId second,
@@ -105,9 +103,11 @@ class RandomSurfaceImpacts : public DeformingGeometry {
     return rows;
   }
 
-  static ImpactSearch random_search(Random& random, EntityId first, EntityId second, double smaller_m) {
-    return {.first = first,
-            .second = second,
+  /// Of a body and a smaller one, in random order.
+  static ImpactSearch random_search(Random& random, EntityId larger, EntityId smaller, double smaller_m) {
+    const bool larger_is_first = random.one_in(2);
+    return {.first = larger_is_first ? larger : smaller,
+            .second = larger_is_first ? smaller : larger,
             .window = Nanoseconds(static_cast<std::int64_t>(1e9 * random.magnitude(0.1, 10.0))),
             .tolerance_m = static_cast<float>(smaller_m * random.magnitude(0.001, 0.02))};
   }

@@ -71,7 +71,7 @@ void end_step(Approach approach, vec4 q_second, double window_s, inout double ti
   if (search.after_s == 0.0) {
     state.state = advance_meets;
     state.distance_m = sqrt(search.square);
-    state.n = rotate(q_second, (search.first - search.second) / max(state.distance_m, 1e-37));
+    state.n = rotate(q_second, search.between / max(state.distance_m, 1e-37));
     state.point_m = rotate(q_second, search.first - approach.first.origin);
   } else {
     time_s += double(time_part * search.after_s) * 0.999999LF;

@@ -168,7 +168,7 @@ void visit_triangles(Approach approach, uint first_slot, uint second_slot) {
     if (gap.square < search.square) {
       search.square = gap.square;
       search.first = gap.first + near;
-      search.second = gap.second + near;
+      search.between = gap.first - gap.second;
     }
   } else {
     const float after_s =
