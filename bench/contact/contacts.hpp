@@ -11,7 +11,8 @@ namespace hil::bench {
 /// the latency of a small batch (`contact_16_pairs_p50`, `_p99`).
 std::vector<Figure> measure_pairs(const SuiteOptions& options);
 
-/// First times of impact of pairs that approach one another (`time_of_impact_1k`).
+/// First times of impact of pairs that approach one another: of hulls (`time_of_impact_1k`) and of surfaces
+/// (`time_of_impact_surfaces_1k`).
 std::vector<Figure> measure_impacts(const SuiteOptions& options);
 
 /// All pairs of moving bodies whose bounds overlap (`broad_10k`).

@@ -4,20 +4,26 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "bench/contact/contacts.hpp"
 #include "bench/contact/random_hulls.hpp"
 #include "bench/spatial/our_world.hpp"
 #include "bench/spatial/side_by_side.hpp"
+#include "tests/support/concave_meshes.hpp"
 
 namespace hil::bench {
+namespace {
 
-std::vector<Figure> measure_impacts(const SuiteOptions& options) {
+/// Pairs of the meshes, which lie within a metre of the origin, that approach one another and turn. At least
+/// `min_share` of them meet.
+Figure measure_approaching(const SuiteOptions& options, const std::string& name,
+                           const std::vector<rtstdb::TriangleMesh>& meshes, double min_share,
+                           std::mt19937_64& engine) {
   const std::uint32_t pairs = options.tiny ? 50 : 1000;
-  std::mt19937_64 engine(8);
   std::uniform_real_distribution<double> uniform;
-  OurWorld world(2 * pairs, hull_count);
-  for (const rtstdb::TriangleMesh& mesh : random_hulls(engine))
+  OurWorld world(2 * pairs, static_cast<std::uint32_t>(meshes.size()));
+  for (const rtstdb::TriangleMesh& mesh : meshes)
     world.add(mesh);
   std::vector<rtstdb::EntityRow> rows;
   for (std::uint32_t i = 0; i < pairs; ++i) {
@@ -26,7 +32,7 @@ std::vector<Figure> measure_impacts(const SuiteOptions& options) {
     const glm::dvec3 side = random_direction(engine);
     for (int k = 0; k < 2; ++k) {
       rtstdb::EntityRow& row = rows.emplace_back();
-      row.geometry = {static_cast<std::uint32_t>(engine() % hull_count)};
+      row.geometry = {static_cast<std::uint32_t>(engine() % meshes.size())};
       row.motion.p_world_m = p_m + (k == 0 ? 0.0 : 5.0 + 25.0 * uniform(engine)) * side;
       row.motion.v_world_mps = (k == 0 ? 0.0 : -5.0 - 20.0 * uniform(engine)) * side;
       row.motion.q_world = glm::angleAxis(6.28 * uniform(engine), random_direction(engine));
@@ -45,19 +51,31 @@ std::vector<Figure> measure_impacts(const SuiteOptions& options) {
   std::uint32_t met = 0;
   for (const rtstdb::ImpactAnswer& answer : batch.query().answers())
     met += answer.status == rtstdb::ImpactStatus::impact ? 1 : 0;
-  if (met < pairs - pairs / 20)
-    throw std::runtime_error("time_of_impact: " + std::to_string(met) + " of " + std::to_string(pairs) +
+  if (met < min_share * pairs)
+    throw std::runtime_error(name + ": " + std::to_string(met) + " of " + std::to_string(pairs) +
                              " pairs meet");
   std::vector<double> rates;
   for (int i = 0; i < (options.tiny ? 1 : 9); ++i)
     rates.push_back(1e-3 * pairs / seconds_of([&] { batch.run(); }));
   Figure figure;
-  figure.name = "time_of_impact_1k";
+  figure.name = name;
   figure.ours = median(rates);
   figure.unit = "kpair/s";
   figure.better = Better::higher;
   figure.samples = rates.size();
-  return {figure};
+  return figure;
+}
+
+}  // namespace
+
+std::vector<Figure> measure_impacts(const SuiteOptions& options) {
+  std::mt19937_64 engine(8);
+  const std::vector<rtstdb::TriangleMesh> hulls = random_hulls(engine);
+  const std::vector<rtstdb::TriangleMesh> surfaces{rtstdb::test::make_torus(0.7, 0.3, 20),
+                                                   rtstdb::test::make_bowl(1.0, 0.85, 24),
+                                                   rtstdb::test::make_gear(1.0, 0.8, 0.4, 0.4, 16)};
+  return {measure_approaching(options, "time_of_impact_1k", hulls, 0.95, engine),
+          measure_approaching(options, "time_of_impact_surfaces_1k", surfaces, 0.6, engine)};
 }
 
 }  // namespace hil::bench

@@ -3,11 +3,16 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
+#include "shaders/shared/impact.h"
+#include "tests/gpu/answer_bits.hpp"
 #include "tests/gpu/random_queries.hpp"
+#include "tests/support/concave_meshes.hpp"
 #include "tests/support/hull_meshes.hpp"
 #include "tests/support/rounds.hpp"
 
@@ -218,6 +223,91 @@ TEST_F(ImpactTest, BadInputIsRefused) {
   const auto made = database().prepare(ImpactQueryOptions{.name = "impacts", .capacity = 0});
   ASSERT_FALSE(made.ok());
   EXPECT_NE(made.error().message.find("0 searches"), std::string::npos);
+}
+
+/// A gear that turns fast beside another body, near it all the time, needs a step for each millionth of a
+/// turn.
+TEST_F(ImpactTest, AnUndecidedAnswerHasAReason) {
+  const GeometryId gear = add(make_gear(1.0, 0.9, 0.4, 0.3, 12));
+  EntityRow row = row_of(gear);
+  row.motion.w_world_radps = {0.0, 0.0, 1000.0};
+  const EntityId turns = create(row);
+  for (const GeometryId beside : {gear, cube()}) {
+    EntityRow still = row_of(beside, {beside == gear ? 2.01 : 1.51, 0.0, 0.0});
+    const ImpactAnswer found =
+        search({.first = turns, .second = create(still), .window = 10s, .tolerance_m = 0.002f});
+    EXPECT_EQ(found.status, ImpactStatus::undecided);
+    EXPECT_EQ(found.reason, UndecidedReason::steps) << to_string(found.reason);
+    EXPECT_TRUE(found.second.valid());
+    EXPECT_GT(found.after.count(), 0);
+  }
+  const auto fingers = database().add_geometry(make_fingers(3, 0.2, 1.0, 0.5, 8), "fingers",
+                                               {.convex_parts_m = pieces_of(make_fingers(3, 0.2, 1.0, 0.5, 8))});
+  ASSERT_TRUE(fingers.ok()) << fingers.error().message;
+  const EntityId parts = create(row_of(fingers.value(), {20.0, 0.0, 0.0}));
+  const ImpactAnswer unsearched = search({.first = turns, .second = parts});
+  EXPECT_EQ(unsearched.reason, UndecidedReason::none);  // a pair of surfaces
+  const EntityId block = cube_at({22.0, 0.0, 0.0});
+  const ImpactAnswer cut = search({.first = parts, .second = block}, {.candidates_per_search = 2});
+  EXPECT_TRUE(cut.overflow);
+  EXPECT_EQ(cut.status, ImpactStatus::undecided);
+  EXPECT_EQ(cut.reason, UndecidedReason::capacity) << to_string(cut.reason);
+  EXPECT_FALSE(cut.second.valid());
+}
+
+/// Steps that pause many times, more pairs than slots for paused searches, chunks that end as soon as they
+/// can, another order, and searches by themselves.
+TEST_F(ImpactTest, AnswersDoNotDependOnWhereSearchesPause) {
+  constexpr std::uint32_t pairs = 1'300;
+  static_assert(pairs > shared::max_surface_slots);
+  std::vector<std::vector<Words>> answers;
+  for (const Nanoseconds chunk : {0ns, 1ns}) {
+    open({.max_entities = 2 * pairs, .chunk = chunk});
+    Random random(61);
+    const GeometryId meshes[] = {add(make_torus(1.0, 0.3, 40)), add(make_wavy_sheet(2.0, 0.3, 40)),
+                                 add(make_gear(1.0, 0.8, 0.4, 0.3, 12))};
+    std::vector<EntityRow> rows;
+    for (std::uint32_t i = 0; i < pairs; ++i) {
+      for (const bool is_first : {true, false}) {
+        EntityRow& row = rows.emplace_back(row_of(meshes[random.below(std::size(meshes))]));
+        // Some are linked or lie side by side, and drift.
+        row.motion.p_world_m = is_first ? glm::dvec3(0.0) : random.uniform(0.5, 2.2) * random.direction();
+        row.motion.v_world_mps = random.magnitude(0.01, 2.0) * random.direction();
+        row.motion.q_world = random.orientation();
+        row.motion.w_world_radps = random.magnitude(0.01, 1.0) * random.direction();
+      }
+    }
+    const std::vector<EntityId> bodies = create(rows);
+    const auto query = prepare(
+        ImpactQueryOptions{.name = "divided", .capacity = pairs, .candidates_per_search = 1});
+    ASSERT_NE(query, nullptr);
+    const auto run_in_order = [&](const std::vector<std::uint32_t>& order) {
+      for (std::uint32_t place = 0; place < order.size(); ++place)
+        query->searches()[place] = {.first = bodies[2 * order[place]],
+                                    .second = bodies[2 * order[place] + 1],
+                                    .window = 2s,
+                                    .tolerance_m = 0.002f};
+      const Outcome outcome = run(*query, order.size());
+      EXPECT_TRUE(outcome.done()) << describe(outcome);
+      return words_of(query->answers());
+    };
+    std::vector<std::uint32_t> order(pairs);
+    std::iota(order.begin(), order.end(), 0u);
+    answers.push_back(run_in_order(order));
+    std::ranges::reverse(order);
+    std::vector<Words> reversed = run_in_order(order);
+    std::ranges::reverse(reversed);
+    answers.push_back(std::move(reversed));
+    for (std::uint32_t i = 0; i < pairs; i += 100)
+      EXPECT_EQ(run_in_order({i})[0], answers[0][i]) << "search " << i << " by itself";
+  }
+  for (const std::vector<Words>& others : answers)
+    EXPECT_TRUE(others == answers[0]);
+  const auto impacts = std::ranges::count_if(answers[0], [](const Words& words) {
+    return words[0] == static_cast<std::uint32_t>(ImpactStatus::impact);
+  });
+  EXPECT_GT(impacts, pairs / 4);
+  EXPECT_LT(impacts, pairs);
 }
 
 class RandomImpacts : public RandomQueries {};

@@ -4,15 +4,17 @@
 // Outputs  hits            bodies that touch now
 //          total           contacts that began so far
 //          depth           by: bodies; of the deepest contact now
-//          time_to_impact  with an impact_window; see Touching
+//          time_to_impact  with an impact_window; see TimeToImpact
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "runtime/modules/collision/touch_record.hpp"
 #include "runtime/modules/collision/touching_bodies.hpp"
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/time_to_impact.hpp"
 
 namespace hil::modules {
 namespace {
@@ -63,6 +65,7 @@ class Collision final : public Module {
     if (!bodies) throw SetupError(caller, bodies.error());
     bodies_ = std::move(bodies).value();
     if (by_bodies_) record_ = std::make_unique<TouchRecord>(world, events, body_);
+    if (impact_window_.count() > 0) time_to_impact_.emplace(events, body_);
     transaction_ = database_->make_transaction({.max_queries = 2});
     touching_.reserve(max_hits);
     touched_.reserve(max_hits);
@@ -88,7 +91,8 @@ class Collision final : public Module {
     touched_.swap(touching_);
     touching_.clear();
     const Touching now = bodies_->take(touching_);
-    if (impact_window_.count() > 0) context.outputs[3] = now.time_to_impact_s;
+    if (time_to_impact_)
+      context.outputs[3] = time_to_impact_->take(context, bodies_->first_impact(), impact_window_);
     if (!now.is_known) return lose_count(context);
     const double begun = begun_to_touch(now.found);
     if (now.found > max_hits && found_ <= max_hits) context.events->note(cut_, context.time_ns, now.found);
@@ -146,6 +150,7 @@ class Collision final : public Module {
   std::uint32_t mask_ = 0;
   std::unique_ptr<TouchingBodies> bodies_;
   std::unique_ptr<TouchRecord> record_;  ///< by_bodies_
+  std::optional<TimeToImpact> time_to_impact_;  ///< with an impact_window_
   std::string instance_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   std::vector<rtstdb::EntityId> touching_, touched_;  // now, and at the answer before; sorted

@@ -1,7 +1,6 @@
 #include "runtime/modules/collision/touching_bodies.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace hil::modules {
@@ -71,7 +70,6 @@ Touching TouchingBodies::take(std::vector<rtstdb::EntityId>& entities) const noe
       touching.depth_m = std::max(touching.depth_m, -static_cast<double>(pair.distance_m));
   }
   touching.is_known = !answer.overflow && !answer.incomplete;
-  if (impacts_) touching.time_to_impact_s = time_to_impact_s();
   return touching;
 }
 
@@ -82,14 +80,8 @@ const rtstdb::ContactPair* TouchingBodies::pair_with(rtstdb::EntityId other) con
   return found == pairs.end() ? nullptr : &*found;
 }
 
-double TouchingBodies::time_to_impact_s() const noexcept {
-  const rtstdb::ImpactAnswer& answer = std::as_const(*impacts_).answers()[0];
-  const bool is_known =
-      !answer.incomplete && !answer.overflow && answer.status != rtstdb::ImpactStatus::undecided;
-  if (!is_known) return std::numeric_limits<double>::quiet_NaN();
-  const rtstdb::Nanoseconds until =
-      answer.status == rtstdb::ImpactStatus::impact ? answer.after : options_.impact_window;
-  return static_cast<double>(until.count()) * 1e-9;
+const rtstdb::ImpactAnswer& TouchingBodies::first_impact() const noexcept {
+  return std::as_const(*impacts_).answers()[0];
 }
 
 }  // namespace hil::modules

@@ -27,13 +27,10 @@ struct TouchingBodiesOptions {
 
 /// What touches the body at an instant.
 struct Touching {
-  /// False: the search reached a limit, and other bodies may touch; only time_to_impact_s holds.
+  /// False: the search reached a limit, and other bodies may touch.
   bool is_known = true;
   std::uint32_t found = 0;  ///< bodies; may exceed those that are listed
   double depth_m = 0.0;     ///< by_bodies: of the deepest contact; 0 without one
-  /// With an impact window: until the first impact; the window if there is none in it; NaN if it is not
-  /// known.
-  double time_to_impact_s = 0.0;
 };
 
 /// by_bodies: the pairs of parts near the body that are searched, and the bodies in the impact window.
@@ -53,11 +50,11 @@ class TouchingBodies {
   Touching take(std::vector<rtstdb::EntityId>& entities) const noexcept;
   /// by_bodies: the pair of the last answer with this body; null: none.
   const rtstdb::ContactPair* pair_with(rtstdb::EntityId other) const noexcept;
+  /// With an impact window: the answer of the last transaction, which was done.
+  const rtstdb::ImpactAnswer& first_impact() const noexcept;
 
  private:
   explicit TouchingBodies(const TouchingBodiesOptions& options) : options_(options) {}
-  double time_to_impact_s() const noexcept;
-
   const TouchingBodiesOptions options_;
   std::unique_ptr<rtstdb::OverlapQuery> bounds_;  // or contacts_
   std::unique_ptr<rtstdb::ContactQuery> contacts_;

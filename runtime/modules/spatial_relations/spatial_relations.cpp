@@ -17,6 +17,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/time_to_impact.hpp"
 
 namespace hil::modules {
 namespace {
@@ -68,6 +69,7 @@ struct Impact {
   std::string first, second;
   rtstdb::Nanoseconds window{0};
   std::size_t output = 0;
+  std::optional<TimeToImpact> time{};  ///< after configure
 };
 struct BodyInRegion {
   std::string body;
@@ -89,11 +91,13 @@ class SpatialRelations final : public Module {
 
   const Ports& ports() const noexcept override { return ports_; }
 
-  void configure(World& world, EventLog& /*events*/, const TaskParameters& task) override {
+  void configure(World& world, EventLog& events, const TaskParameters& task) override {
     database_ = &world.database();
     const std::string caller = "module " + task.instance;
     if (!pairs_.empty()) prepare_pairs(world, caller, task.instance);
     if (!impacts_.empty()) prepare_impacts(world, caller, task.instance + " impacts");
+    for (Impact& impact : impacts_)
+      impact.time.emplace(events, impact.first + " and " + impact.second);
     if (!regions_.empty()) prepare_regions(world, caller, task.instance);
     if (!beams_.empty()) prepare_beams(world, caller, task.instance);
     transaction_ = database_->make_transaction({.max_queries = 4});
@@ -292,14 +296,9 @@ class SpatialRelations final : public Module {
   }
 
   void take_impacts(StepContext& context) noexcept {
-    for (std::size_t i = 0; i < impacts_.size(); ++i) {
-      const rtstdb::ImpactAnswer& first = std::as_const(*impact_query_).answers()[i];
-      const bool is_decided =
-          !first.incomplete && !first.overflow && first.status != rtstdb::ImpactStatus::undecided;
-      const rtstdb::Nanoseconds until =
-          first.status == rtstdb::ImpactStatus::impact ? first.after : impacts_[i].window;
-      context.outputs[impacts_[i].output] = is_decided ? static_cast<double>(until.count()) * 1e-9 : unknown;
-    }
+    for (std::size_t i = 0; i < impacts_.size(); ++i)
+      context.outputs[impacts_[i].output] =
+          impacts_[i].time->take(context, std::as_const(*impact_query_).answers()[i], impacts_[i].window);
   }
 
   void take_regions(StepContext& context) noexcept {

@@ -16,6 +16,7 @@ constexpr Expected expected_figures[] = {
     {"broad_10k", "kbody/s", "FCL"},
     {"broad_10k_device", "kbody/s", ""},
     {"time_of_impact_1k", "kpair/s", ""},
+    {"time_of_impact_surfaces_1k", "kpair/s", ""},
 };
 
 TEST(BenchContact, PrintsAFigurePerLine) {
