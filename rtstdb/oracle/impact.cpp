@@ -1,6 +1,6 @@
 // Judges first times of impact: by the exact distance at the time of the answer, and by a search in double
-// precision for an earlier time at which the bodies were nearer: of surfaces by branch and bound over time and
-// both trees (surface_approach.hpp), of convex bodies by the halving of intervals of time.
+// precision for an earlier time at which the bodies were nearer: of surfaces by branch and bound over time
+// and both trees (surface_approach.hpp), of convex bodies by the halving of intervals of time.
 
 #include <glm/geometric.hpp>
 
@@ -81,10 +81,10 @@ double rounding_m(const SurfaceBody& first, const SurfaceBody& second) {
   return 4.0 / 8388608.0 * std::max(first.largest_coordinate_m(), second.largest_coordinate_m());
 }
 
-/// A time, up to `end_s` after the begin of the window, at which convex bodies are nearer than the level; the
-/// first one but for a nanosecond. Empty: none. No point of one body moves faster than `speed_mps` relative to
-/// the other, so the distance in the middle of an interval decides for the interval, or both halves of it are
-/// searched.
+/// A time, up to `end_s` after the begin of the window, at which convex bodies are nearer than the level;
+/// the first one but for a nanosecond. Empty: none. No point of one body moves faster than `speed_mps`
+/// relative to the other, so the distance in the middle of an interval decides for the interval, or both
+/// halves of it are searched.
 std::optional<double> time_below(const World& world, const ImpactSearch& search, EntityId second,
                                  double level_m, double speed_mps, double begin_s, double end_s) {
   const double middle_s = 0.5 * (begin_s + end_s);
@@ -232,8 +232,8 @@ Judgement judge(const World& world, const ImpactSearch& search, std::span<const 
   if ((answer.status == ImpactStatus::undecided) != (answer.reason != UndecidedReason::none))
     return judged(Verdict::differs, "%s for the reason %s", to_string(answer.status),
                   to_string(answer.reason));
-  if ((answer.reason == UndecidedReason::capacity) != (answer.status == ImpactStatus::undecided &&
-                                                       !answer.second.valid()))
+  if ((answer.reason == UndecidedReason::capacity) !=
+      (answer.status == ImpactStatus::undecided && !answer.second.valid()))
     return judged(Verdict::differs, "the pair with entity %u is undecided for the reason %s",
                   answer.second.index, to_string(answer.reason));
   if (answer.overflow) return judged(Verdict::too_close, "not all candidates were searched");

@@ -79,7 +79,8 @@ class ApproachSearch {
 
   static glm::dquat turned(const glm::dquat& q, const MovingSurface& surface, double s) {
     if (surface.turning_radps == 0.0) return q;
-    return glm::angleAxis(surface.turning_radps * s, surface.motion.w_world_radps / surface.turning_radps) * q;
+    return glm::angleAxis(surface.turning_radps * s, surface.motion.w_world_radps / surface.turning_radps) *
+           q;
   }
   Interval at(double middle_s, double half_s) const {
     return {middle_s, half_s, p_m_ + middle_s * v_mps_, turned(q_first_, first_, middle_s),
@@ -92,9 +93,9 @@ class ApproachSearch {
     const glm::dvec3 center_a_m = center_of(of_first.box), center_b_m = center_of(of_second.box);
     const double radius_a_m = radius_of(of_first.box), radius_b_m = radius_of(of_second.box);
     // No point of a node moves farther in half of the interval.
-    const double moves_m =
-        interval.half_s * (glm::length(v_mps_) + first_.turning_radps * (glm::length(center_a_m) + radius_a_m) +
-                           second_.turning_radps * (glm::length(center_b_m) + radius_b_m));
+    const double moves_m = interval.half_s * (glm::length(v_mps_) +
+                                              first_.turning_radps * (glm::length(center_a_m) + radius_a_m) +
+                                              second_.turning_radps * (glm::length(center_b_m) + radius_b_m));
     const double centers_m =
         glm::distance(interval.q_first * center_a_m + interval.p_m, interval.q_second * center_b_m);
     if (centers_m - radius_a_m - radius_b_m - moves_m >= level_m_) return std::nullopt;
@@ -127,7 +128,7 @@ class ApproachSearch {
   /// Of triangles that are farther apart than `far_m`, any distance that is not shorter.
   double leaves_apart_m(const SurfaceBody::Node& a, const SurfaceBody::Node& b, const Interval& interval,
                         double far_m) const {
-    double least_m = std::numeric_limits<double>::infinity();
+    double min_m = std::numeric_limits<double>::infinity();
     for (std::uint32_t i = a.first; i < a.first + a.count; ++i) {
       SurfaceTriangle of_first = first_.body.triangles()[first_.body.order()[i]];
       for (glm::dvec3& corner : of_first)
@@ -136,11 +137,12 @@ class ApproachSearch {
         SurfaceTriangle of_second = second_.body.triangles()[second_.body.order()[k]];
         for (glm::dvec3& corner : of_second)
           corner = interval.q_second * corner;
-        const double planes_m = std::max(beyond_plane_m(of_first, of_second), beyond_plane_m(of_second, of_first));
-        least_m = std::min(least_m, planes_m > far_m ? planes_m : triangles_apart_m(of_first, of_second));
+        const double planes_m =
+            std::max(beyond_plane_m(of_first, of_second), beyond_plane_m(of_second, of_first));
+        min_m = std::min(min_m, planes_m > far_m ? planes_m : triangles_apart_m(of_first, of_second));
       }
     }
-    return least_m;
+    return min_m;
   }
 
   const MovingSurface& first_;

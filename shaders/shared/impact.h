@@ -103,8 +103,8 @@ RTSTDB_STRUCT(SurfaceAdvanceArgs)
   F(float, after_s) /* no sooner can they be nearer than half the tolerance */
 RTSTDB_STRUCT(WaitingParts)
 
-// The search of a step, and the parts that wait in it, the next one last. It goes on if the trees are those of
-// `shapes`, and else begins again.
+// The search of a step, and the parts that wait in it, the next one last. It goes on if the trees are those
+// of `shapes`, and else begins again.
 RTSTDB_CONSTANT(max_waiting_parts, 192)
 #define RTSTDB_FIELDS_ApproachSearch(F)                                            \
   F(uvec2, shapes)                                                                 \

@@ -37,11 +37,9 @@ TriangleMesh make_soup(Random& random, std::uint32_t count) {
 
 /// Bodies of about 1 m that are not convex.
 std::vector<TriangleMesh> surface_meshes(Random& random) {
-  return {make_torus(0.7, 0.25, 12),           make_bowl(1.0, 0.85, 16),
-          make_hollow_sphere(1.0, 0.8, 1),     make_gear(1.0, 0.75, 0.4, 0.4, 9),
-          make_l_shape(1.0, 0.3, 0.5),         make_fingers(3, 0.15, 1.2, 0.5, 8),
-          make_wavy_sheet(1.6, 0.2, 9),        make_soup(random, 60),
-          make_wavy_sheet(1.6, 0.01, 4)};
+  return {make_torus(0.7, 0.25, 12),         make_bowl(1.0, 0.85, 16),    make_hollow_sphere(1.0, 0.8, 1),
+          make_gear(1.0, 0.75, 0.4, 0.4, 9), make_l_shape(1.0, 0.3, 0.5), make_fingers(3, 0.15, 1.2, 0.5, 8),
+          make_wavy_sheet(1.6, 0.2, 9),      make_soup(random, 60),       make_wavy_sheet(1.6, 0.01, 4)};
 }
 
 /// How the second body of a pair moves relative to the first one.
@@ -127,7 +125,8 @@ class RandomSurfaceImpacts : public DeformingGeometry {
     std::atomic<std::uint32_t> next = 0;
     const auto work = [&] {
       for (std::uint32_t i = next++; i < count; i = next++)
-        if (query->answers()[i].status != ImpactStatus::impact) is_close[i] = passes_close(world, searches[i]);
+        if (query->answers()[i].status != ImpactStatus::impact)
+          is_close[i] = passes_close(world, searches[i]);
     };
     std::vector<std::jthread> threads;
     for (unsigned k = 0; k < std::max(1u, std::thread::hardware_concurrency()); ++k)

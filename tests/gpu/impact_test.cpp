@@ -1,5 +1,7 @@
 // First times of impact: closed forms, and random bodies against the oracle.
 
+#include "shaders/shared/impact.h"
+
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
@@ -9,7 +11,6 @@
 #include <numeric>
 #include <vector>
 
-#include "shaders/shared/impact.h"
 #include "tests/gpu/answer_bits.hpp"
 #include "tests/gpu/random_queries.hpp"
 #include "tests/support/concave_meshes.hpp"
@@ -241,8 +242,9 @@ TEST_F(ImpactTest, AnUndecidedAnswerHasAReason) {
     EXPECT_TRUE(found.second.valid());
     EXPECT_GT(found.after.count(), 0);
   }
-  const auto fingers = database().add_geometry(make_fingers(3, 0.2, 1.0, 0.5, 8), "fingers",
-                                               {.convex_parts_m = pieces_of(make_fingers(3, 0.2, 1.0, 0.5, 8))});
+  const auto fingers =
+      database().add_geometry(make_fingers(3, 0.2, 1.0, 0.5, 8), "fingers",
+                              {.convex_parts_m = pieces_of(make_fingers(3, 0.2, 1.0, 0.5, 8))});
   ASSERT_TRUE(fingers.ok()) << fingers.error().message;
   const EntityId parts = create(row_of(fingers.value(), {20.0, 0.0, 0.0}));
   const ImpactAnswer unsearched = search({.first = turns, .second = parts});
@@ -278,8 +280,8 @@ TEST_F(ImpactTest, AnswersDoNotDependOnWhereSearchesPause) {
       }
     }
     const std::vector<EntityId> bodies = create(rows);
-    const auto query = prepare(
-        ImpactQueryOptions{.name = "divided", .capacity = pairs, .candidates_per_search = 1});
+    const auto query =
+        prepare(ImpactQueryOptions{.name = "divided", .capacity = pairs, .candidates_per_search = 1});
     ASSERT_NE(query, nullptr);
     const auto run_in_order = [&](const std::vector<std::uint32_t>& order) {
       for (std::uint32_t place = 0; place < order.size(); ++place)

@@ -36,8 +36,8 @@ struct ImpactSearch {
 };
 
 enum class ImpactStatus : std::uint8_t {
-  none,    ///< no pair comes that near in the window
-  impact,  ///< `second` comes nearer than the tolerance `after` the begin of the window
+  none,       ///< no pair comes that near in the window
+  impact,     ///< `second` comes nearer than the tolerance `after` the begin of the window
   undecided,  ///< no pair comes that near before `after`; whether one does later is not known (`reason`)
 };
 
@@ -51,8 +51,8 @@ enum class UndecidedReason : std::uint8_t {
   /// are within the tolerance: single precision does not resolve it (convex parts), or its search reached its
   /// limit of work (surfaces).
   distance,
-  /// `overflow`: the named pair does not fit into the batch and was not searched. `second` is invalid, `after`
-  /// is 0.
+  /// `overflow`: the named pair does not fit into the batch and was not searched. `second` is invalid, and
+  /// `after` is 0.
   capacity,
 };
 
@@ -88,9 +88,10 @@ struct ImpactQueryOptions {
 /// transaction. Of several first impacts at one time, that with the lowest entity index.
 /// Precision: at the time of the answer the distance is between 0 and the tolerance, and at no earlier time
 /// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
-/// of the tolerance, these take its place. distance_m of surfaces may be too large by a tenth. Where the
-/// tested corner of a surface lies within the other body at the begin of the window, distance_m is 0 and
-/// p_first_m is that corner, also if the surfaces touch elsewhere.
+/// of the tolerance, these take its place; over distance_m they are also the error of n_world, in radians.
+/// distance_m of surfaces may be too large by a tenth. Where the tested corner of a surface lies within the
+/// other body at the begin of the window, distance_m is 0 and p_first_m is that corner, also if the surfaces
+/// touch elsewhere.
 class ImpactQuery : public Query {
  public:
   virtual std::span<ImpactSearch> searches() noexcept = 0;

@@ -143,7 +143,7 @@ std::vector<const gpu::Buffer*> GpuImpactQuery::bound_buffers(gpu::ShaderId shad
   if (shader == gpu::ShaderId::impact_candidates)
     return {&tlas.instances(slot), &sweeps_buffer_, &counts_, &ids_};
   if (shader == gpu::ShaderId::impact_surfaces)
-    return {&pool.nodes(), &pool.triangles(),    &pool.geometries(), &records_,
+    return {&pool.nodes(), &pool.triangles(), &pool.geometries(), &records_,
             &states_,      &active_surfaces_, &searches_buffer_,  &waiting_};
   return {&pool.hulls(), &records_, &states_, &active_};
 }

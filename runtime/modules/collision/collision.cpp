@@ -149,7 +149,7 @@ class Collision final : public Module {
   rtstdb::EntityId entity_;
   std::uint32_t mask_ = 0;
   std::unique_ptr<TouchingBodies> bodies_;
-  std::unique_ptr<TouchRecord> record_;  ///< by_bodies_
+  std::unique_ptr<TouchRecord> record_;         ///< by_bodies_
   std::optional<TimeToImpact> time_to_impact_;  ///< with an impact_window_
   std::string instance_;
   std::unique_ptr<rtstdb::Transaction> transaction_;

@@ -48,7 +48,8 @@ Approach approach_at(AdvanceRecord record, double time_s, vec4 q_second) {
 // Whether a point lies in a body.
 bool is_within(vec3 point, PosedSurface body) {
   if (!is_closed(body.geometry)) return false;
-  const Winding around = winding_around(root_of(body.geometry), (point - body.origin) * body.axes / body.scale);
+  const Winding around =
+      winding_around(root_of(body.geometry), (point - body.origin) * body.axes / body.scale);
   rounds += around.rounds;
   cut_short = cut_short || around.cut_short;
   return around.number != 0;

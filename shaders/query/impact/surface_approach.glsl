@@ -1,7 +1,7 @@
 // The least time in which two surfaces can come nearer to each other than half the tolerance: a search of
 // both trees at once, the pair of boxes first that can be so near first. Two convex sets that are apart along
-// a normal come no nearer along it than their closing speed allows (Tang et al., "C2A: Controlled Conservative
-// Advancement for Continuous Collision Detection", 2009).
+// a normal come no nearer along it than their closing speed allows (Tang et al., "C2A: Controlled
+// Conservative Advancement for Continuous Collision Detection", 2009).
 //
 // Included after the bindings `nodes`, `triangles` and `geometries`.
 #ifndef RTSTDB_QUERY_IMPACT_SURFACE_APPROACH_GLSL
@@ -41,8 +41,7 @@ float time_to_meet(Approach approach, float distance_m, vec3 n, float n_error, f
   const float any_speed = length(approach.v_mps) + length(approach.w_first_radps) * first_reach_m +
                           length(approach.w_second_radps) * second_reach_m;
   const float along_n = length(cross(n, approach.w_first_radps)) * first_reach_m +
-                        length(cross(n, approach.w_second_radps)) * second_reach_m -
-                        dot(n, approach.v_mps);
+                        length(cross(n, approach.w_second_radps)) * second_reach_m - dot(n, approach.v_mps);
   const float closing = along_n + (n_error + 2e-6) * any_speed;
   return closing > 0.0 ? max(distance_m - 0.5 * approach.tolerance_m, 0.0) / closing : nowhere;
 }
@@ -132,10 +131,9 @@ void expand(Approach approach, PosedSurface surface, uint node, PosedBox other, 
   [[unroll]] for (uint k = 0u; k < 8u; ++k) {
     const uint number = node << 3 | k;
     const PosedBox box = posed_box(surface, child_lo(wide, k), child_hi(wide, k));
-    const float after_s =
-        child_reference(wide, k) == ref_none ? nowhere
-        : is_first                           ? time_of_boxes(approach, box, other)
-                                             : time_of_boxes(approach, other, box);
+    const float after_s = child_reference(wide, k) == ref_none ? nowhere
+                          : is_first                           ? time_of_boxes(approach, box, other)
+                                                               : time_of_boxes(approach, other, box);
     const bool adds = after_s < nowhere && is_in_reach(after_s);
     const bool is_sooner = adds && after_s < next_s;
     // The sooner one becomes the next, and the other one is added.
@@ -181,8 +179,8 @@ void visit_triangles(Approach approach, uint first_slot, uint second_slot) {
 
 uint count_of(uint leaf) { return (leaf >> ref_triangle_count_shift & 0xFu) + 1u; }
 
-// Visits the next pair of parts that is in reach. Returns the number of visits of parts and triangles; 0: none
-// is in reach, and the search ends.
+// Visits the next pair of parts that is in reach. Returns the number of visits of parts and triangles; 0:
+// none is in reach, and the search ends.
 uint visit_next(Approach approach) {
   uint first = 0u;
   uint second = 0u;
