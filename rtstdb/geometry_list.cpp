@@ -35,6 +35,16 @@ Result<std::shared_ptr<const ConvexParts>> parts_of(const TriangleMesh& mesh, bo
   return parts.empty() ? nullptr : std::make_shared<const ConvexParts>(std::move(parts));
 }
 
+/// The same of a geometry that a log holds, which was accepted once: nothing is refused.
+std::shared_ptr<const ConvexParts> recovered_parts_of(const TriangleMesh& mesh, bool deforms,
+                                                      const ConvexPartPoints& given_m,
+                                                      const std::optional<Solid>& solid) {
+  if (deforms) return nullptr;
+  if (solid) return std::make_shared<const ConvexParts>(1, recovered_solid_hull(mesh, *solid));
+  ConvexParts parts = given_m.empty() ? convex_parts_of(mesh) : recovered_convex_parts(mesh, given_m);
+  return parts.empty() ? nullptr : std::make_shared<const ConvexParts>(std::move(parts));
+}
+
 /// The mesh as the database holds it: deforming geometry has no corner normals.
 std::shared_ptr<const TriangleMesh> held_mesh(const TriangleMesh& mesh, bool deforms) {
   if (!deforms || mesh.corner_normals.empty()) return std::make_shared<const TriangleMesh>(mesh);
@@ -70,8 +80,9 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
   for (const log::WorldGeometry& geometry : world.geometries) {
     const auto& [id, name, options, file, checksum] = geometry.logged;
     const auto mesh = std::make_shared<const TriangleMesh>(geometry.mesh);
-    const auto parts = parts_of(*mesh, options.deforms, geometry.mesh.convex_parts_m, geometry.mesh.solid);
-    auto added = parts ? executor.add_geometry(mesh, options, parts.value()) : parts.error();
+    const auto parts =
+        recovered_parts_of(*mesh, options.deforms, geometry.mesh.convex_parts_m, geometry.mesh.solid);
+    auto added = executor.add_geometry(mesh, options, parts);
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
     RTSTDB_ASSERT(added.value() == id);
@@ -81,7 +92,7 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
                          .deforms = options.deforms,
                          .is_closed = is_closed(*mesh),
                          .is_solid = geometry.mesh.solid.has_value(),
-                         .parts = parts.value()});
+                         .parts = parts});
   }
   return recovered;
 }

@@ -26,7 +26,7 @@ std::vector<rtstdb::TriangleMesh> random_hulls(std::mt19937_64& engine) {
     std::vector<glm::vec3> points_m;
     for (int k = 0; k < corners; ++k)
       points_m.emplace_back(half_axes_m * random_direction(engine));
-    hulls.push_back(rtstdb::make_hull(points_m));
+    hulls.push_back(rtstdb::make_hull(points_m).value());
   }
   return hulls;
 }

@@ -8,392 +8,359 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
-#include <set>
 #include <span>
 #include <utility>
 
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/closed_mesh.hpp"
+#include "rtstdb/geometry/flat_hull.hpp"
+#include "rtstdb/geometry/has_area.hpp"
+#include "rtstdb/geometry/hull_depth.hpp"
+#include "rtstdb/geometry/hull_faces.hpp"
+#include "rtstdb/geometry/hull_triangles.hpp"
+#include "rtstdb/geometry/mesh_surface.hpp"
 #include "rtstdb/geometry/welded_corners.hpp"
 
 namespace rtstdb {
 namespace {
 
-constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+/// Share of hull_tolerance_ulp by which corners that are left out may be outside a hull; corners of a face
+/// may be as far from its plane.
+constexpr double simplification_ulp = 0.5 * hull_tolerance_ulp;
 
-/// Of a triangle; `is_known`: its corners determine it in single precision.
-struct Plane {
-  glm::dvec3 normal{0.0};  // unit
-  double offset_m = 0.0;
-  double area_m2 = 0.0;
-  bool is_known = false;
-};
+/// The distance from the surface of the hull up to which the surface of a mesh is convex.
+double tolerance_m(std::span<const glm::vec3> points_m, double diagonal_m) {
+  return std::max(convex_tolerance * diagonal_m, hull_tolerance_ulp * ulp_m(points_m));
+}
 
-/// A binary tree of boxes over points: finds out whether one of them is in front of a plane.
-class PointTree {
- public:
-  explicit PointTree(std::vector<glm::dvec3> points_m) : points_m_(std::move(points_m)) {
-    nodes_.reserve(points_m_.size());
-    build(0, static_cast<std::uint32_t>(points_m_.size()));
-  }
-
-  bool has_point_in_front_of(const Plane& plane, double tolerance_m) const {
-    std::vector<std::uint32_t> stack{0};
-    while (!stack.empty()) {
-      const std::uint32_t index = stack.back();
-      const Node& node = nodes_[index];
-      stack.pop_back();
-      const double reach_m =
-          glm::dot(plane.normal, node.center) + glm::dot(glm::abs(plane.normal), node.half_extent);
-      if (reach_m - plane.offset_m <= tolerance_m) continue;
-      if (node.right != none) {
-        stack.insert(stack.end(), {node.right, index + 1});
-        continue;
-      }
-      for (std::uint32_t i = node.first; i < node.end; ++i)
-        if (glm::dot(plane.normal, points_m_[i]) - plane.offset_m > tolerance_m) return true;
-    }
-    return false;
-  }
-
- private:
-  static constexpr std::uint32_t points_per_leaf = 8;
-
-  struct Node {
-    glm::dvec3 center{0.0}, half_extent{0.0};
-    std::uint32_t first = 0, end = 0;
-    std::uint32_t right = none;  // of an inner node, whose left child follows it
-  };
-
-  void build(std::uint32_t first, std::uint32_t end) {
-    const auto index = static_cast<std::uint32_t>(nodes_.size());
-    glm::dvec3 minimum(std::numeric_limits<double>::infinity());
-    glm::dvec3 maximum = -minimum;
-    for (std::uint32_t i = first; i < end; ++i) {
-      minimum = glm::min(minimum, points_m_[i]);
-      maximum = glm::max(maximum, points_m_[i]);
-    }
-    nodes_.push_back({.center = 0.5 * (minimum + maximum),
-                      .half_extent = 0.5 * (maximum - minimum),
-                      .first = first,
-                      .end = end});
-    if (end - first <= points_per_leaf) return;
-    const glm::dvec3 extent = maximum - minimum;
-    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
-    const std::uint32_t middle = (first + end) / 2;
-    std::nth_element(points_m_.begin() + first, points_m_.begin() + middle, points_m_.begin() + end,
-                     [&](const glm::dvec3& a, const glm::dvec3& b) { return a[axis] < b[axis]; });
-    build(first, middle);
-    nodes_[index].right = static_cast<std::uint32_t>(nodes_.size());
-    build(middle, end);
-  }
-
-  std::vector<glm::dvec3> points_m_;
-  std::vector<Node> nodes_;
-};
-
-/// The mesh with corners that are compared by place, its planes, and the orientation that turns fronts
-/// outward.
+/// The mesh with corners that are compared by place, without positions that no triangle uses.
 struct WeldedMesh {
-  std::span<const glm::vec3> positions_m;
-  std::vector<glm::uvec3> triangles;   // corners by place; without those that occur again
+  std::vector<glm::vec3> points_m;
+  std::vector<glm::uvec3> triangles;   // indices of points; with an area
   std::vector<std::uint32_t> numbers;  // of these in the mesh
-  std::vector<Plane> planes;           // outward
-  Bounds bounds;
   double diagonal_m = 0.0;
-  bool inside_out = false;  // the mesh's fronts; those of `triangles` are outside
 
-  glm::dvec3 at(std::uint32_t corner) const { return glm::dvec3(positions_m[corner]); }
+  glm::dvec3 at(std::uint32_t point) const { return glm::dvec3(points_m[point]); }
+  std::array<glm::dvec3, 3> corners(const glm::uvec3& t) const { return {at(t.x), at(t.y), at(t.z)}; }
 };
-
-Plane plane_of(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, double diagonal_m) {
-  const glm::dvec3 cross = glm::cross(b - a, c - a);
-  const double twice_area = glm::length(cross);
-  if (!(twice_area > 0.0)) return {};
-  const double longest =
-      std::sqrt(std::max({glm::dot(b - a, b - a), glm::dot(c - b, c - b), glm::dot(a - c, a - c)}));
-  const double rounding_m = std::max({glm::length(a), glm::length(b), glm::length(c)}) * 0x1p-23;
-  // The plane turns about the longest edge by the rounding of the corner opposite to it.
-  const double lift_m = rounding_m * longest / twice_area * diagonal_m;
-  const glm::dvec3 normal = cross / twice_area;
-  return {.normal = normal,
-          .offset_m = glm::dot(normal, a + b + c) / 3.0,
-          .area_m2 = 0.5 * twice_area,
-          .is_known = lift_m < convex_tolerance * diagonal_m};
-}
-
-/// Leaves the first of triangles with the same corners in the same order. `numbers`: of those that stay.
-void remove_repeated(std::vector<glm::uvec3>& triangles, std::vector<std::uint32_t>& numbers) {
-  std::set<std::array<std::uint32_t, 3>> known;
-  std::vector<glm::uvec3> kept;
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    std::array<std::uint32_t, 3> corners{triangles[t].x, triangles[t].y, triangles[t].z};
-    std::ranges::rotate(corners, std::ranges::min_element(corners));
-    if (!known.insert(corners).second) continue;
-    kept.push_back(triangles[t]);
-    numbers.push_back(t);
-  }
-  triangles = std::move(kept);
-}
 
 WeldedMesh welded(const MeshView& mesh) {
-  WeldedMesh made{.positions_m = mesh.positions_m,
-                  .triangles = {mesh.triangles.begin(), mesh.triangles.end()},
-                  .numbers = {},
-                  .planes = {},
-                  .bounds = {},
-                  .diagonal_m = 0.0};
+  WeldedMesh made;
+  made.diagonal_m = diagonal_m(box_of(mesh));
   const std::vector<std::uint32_t> first = first_at_place(mesh.positions_m);
-  glm::vec3 minimum(std::numeric_limits<float>::infinity());
-  glm::vec3 maximum = -minimum;
-  for (glm::uvec3& triangle : made.triangles) {
+  std::vector<std::uint32_t> number(mesh.positions_m.size(), no_index);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    glm::uvec3 triangle = mesh.triangles[t];
     for (int i = 0; i < 3; ++i) {
-      triangle[i] = first[triangle[i]];
-      minimum = glm::min(minimum, mesh.positions_m[triangle[i]]);
-      maximum = glm::max(maximum, mesh.positions_m[triangle[i]]);
+      std::uint32_t& point = number[first[triangle[i]]];
+      if (point == no_index) {
+        point = static_cast<std::uint32_t>(made.points_m.size());
+        made.points_m.push_back(mesh.positions_m[triangle[i]]);
+      }
+      triangle[i] = point;
     }
-  }
-  made.bounds = {minimum, maximum};
-  made.diagonal_m = glm::length(glm::dvec3(maximum) - glm::dvec3(minimum));
-  const glm::dvec3 center = 0.5 * (glm::dvec3(minimum) + glm::dvec3(maximum));
-  double volume = 0.0;
-  remove_repeated(made.triangles, made.numbers);
-  for (const glm::uvec3& triangle : made.triangles) {
-    made.planes.push_back(
-        plane_of(made.at(triangle.x), made.at(triangle.y), made.at(triangle.z), made.diagonal_m));
-    const Plane& plane = made.planes.back();
-    volume += plane.area_m2 * (plane.offset_m - glm::dot(plane.normal, center));
-  }
-  made.inside_out = volume < 0.0;
-  if (made.inside_out) {
-    for (Plane& plane : made.planes) {
-      plane.normal = -plane.normal;
-      plane.offset_m = -plane.offset_m;
-    }
-    for (glm::uvec3& triangle : made.triangles)
-      std::swap(triangle.y, triangle.z);
+    if (!has_area(made.points_m[triangle.x], made.points_m[triangle.y], made.points_m[triangle.z])) continue;
+    made.triangles.push_back(triangle);
+    made.numbers.push_back(t);
   }
   return made;
 }
 
-/// Finds out with a few triangles that most meshes are not convex, before anything is sorted: corners are on
-/// both sides of a plane.
+/// Leaves the first of triangles with the same corners in the same order.
+void remove_repeated(WeldedMesh& mesh) {
+  std::vector<std::pair<std::array<std::uint32_t, 3>, std::uint32_t>> order;
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    std::array<std::uint32_t, 3> corners{mesh.triangles[t].x, mesh.triangles[t].y, mesh.triangles[t].z};
+    std::ranges::rotate(corners, std::ranges::min_element(corners));
+    order.emplace_back(corners, t);
+  }
+  std::ranges::sort(order);
+  std::vector<std::uint32_t> kept;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    if (i == 0 || order[i].first != order[i - 1].first) kept.push_back(order[i].second);
+  if (kept.size() == order.size()) return;
+  std::ranges::sort(kept);
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    mesh.triangles[i] = mesh.triangles[kept[i]];
+    mesh.numbers[i] = mesh.numbers[kept[i]];
+  }
+  mesh.triangles.resize(kept.size());
+  mesh.numbers.resize(kept.size());
+}
+
+/// Finds out that most meshes are not convex, before anything is sorted: a corner is deep inside the hull of
+/// a few corners.
 bool is_plainly_not_convex(const MeshView& mesh) {
-  constexpr std::size_t samples = 16;
+  constexpr std::size_t max_samples = 4096, max_tested = 1024;
   glm::dvec3 minimum(std::numeric_limits<double>::infinity());
   glm::dvec3 maximum = -minimum;
   for (const glm::vec3& p : mesh.positions_m) {
     minimum = glm::min(minimum, glm::dvec3(p));
     maximum = glm::max(maximum, glm::dvec3(p));
   }
-  const double diagonal_m = glm::length(maximum - minimum);
-  for (std::size_t sample = 0; sample < samples; ++sample) {
-    const glm::uvec3& of_sample = mesh.triangles[sample * mesh.triangles.size() / samples];
-    const Plane plane =
-        plane_of(glm::dvec3(mesh.positions_m[of_sample.x]), glm::dvec3(mesh.positions_m[of_sample.y]),
-                 glm::dvec3(mesh.positions_m[of_sample.z]), diagonal_m);
-    if (!plane.is_known) continue;
-    double above_m = 0.0, below_m = 0.0;
-    for (const glm::uvec3& triangle : mesh.triangles) {
-      const double height_m =
-          glm::dot(plane.normal, glm::dvec3(mesh.positions_m[triangle.x])) - plane.offset_m;
-      above_m = std::max(above_m, height_m);
-      below_m = std::max(below_m, -height_m);
-    }
-    if (std::min(above_m, below_m) > convex_tolerance * diagonal_m) return true;
+  const std::size_t count = std::min(max_samples, mesh.triangles.size());
+  std::vector<glm::vec3> samples_m;
+  for (std::size_t i = 0; i < count; ++i)
+    samples_m.push_back(mesh.positions_m[mesh.triangles[i * mesh.triangles.size() / count].x]);
+  std::vector<glm::vec3> extremes_m;
+  for (int i = 0; i < 27; ++i) {
+    const glm::vec3 direction(glm::ivec3(i % 3, i / 3 % 3, i / 9) - 1);
+    extremes_m.push_back(
+        *std::ranges::max_element(samples_m, {}, [&](const glm::vec3& p) { return glm::dot(direction, p); }));
+  }
+  const auto hull = hull_triangles(extremes_m);
+  if (!hull) return false;
+  const double allowed_m = tolerance_m(mesh.positions_m, glm::length(maximum - minimum));
+  const std::size_t tested = std::min(max_tested, count);
+  for (std::size_t i = 0; i < tested; ++i) {
+    const glm::dvec3 p_m(samples_m[i * count / tested]);
+    if (std::ranges::all_of(hull->planes,
+                            [&](const OrientedPlane& plane) { return plane.height_m(p_m) < -allowed_m; }))
+      return true;
   }
   return false;
 }
 
-bool is_convex(const WeldedMesh& mesh) {
-  std::vector<std::uint32_t> used;
-  for (const glm::uvec3& triangle : mesh.triangles)
-    used.insert(used.end(), {triangle.x, triangle.y, triangle.z});
-  std::ranges::sort(used);
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  std::vector<glm::dvec3> points_m;
-  points_m.reserve(used.size());
-  for (const std::uint32_t corner : used)
-    points_m.push_back(mesh.at(corner));
-  const PointTree tree(std::move(points_m));
-  const double tolerance_m = convex_tolerance * mesh.diagonal_m;
-  return std::ranges::none_of(mesh.planes, [&](const Plane& plane) {
-    return plane.is_known && tree.has_point_in_front_of(plane, tolerance_m);
-  });
-}
-
-// ---- faces
-
-using DirectedEdge = std::pair<std::uint32_t, std::uint32_t>;  // from, to
-
-/// The triangles of each directed edge: several where sheets touch, as on both sides of a flat body.
-std::multimap<DirectedEdge, std::uint32_t> triangles_by_edge(const WeldedMesh& mesh) {
-  std::multimap<DirectedEdge, std::uint32_t> by_edge;
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (int i = 0; i < 3; ++i)
-      by_edge.emplace(DirectedEdge{mesh.triangles[t][i], mesh.triangles[t][(i + 1) % 3]}, t);
-  }
-  return by_edge;
-}
-
-class FaceMaker {
+/// Triangles of a hull by their edges.
+class EdgeTable {
  public:
-  explicit FaceMaker(const WeldedMesh& mesh)
-      : mesh_(mesh), by_edge_(triangles_by_edge(mesh)), face_of_(mesh.triangles.size(), none) {}
-
-  /// Faces of triangles that are reachable from the largest one, then from the largest of the rest.
-  void make_faces() {
-    std::vector<std::uint32_t> by_area(mesh_.triangles.size());
-    std::iota(by_area.begin(), by_area.end(), 0u);
-    std::ranges::stable_sort(by_area, [&](std::uint32_t a, std::uint32_t b) {
-      return mesh_.planes[a].area_m2 > mesh_.planes[b].area_m2;
-    });
-    for (const std::uint32_t seed : by_area) {
-      if (face_of_[seed] == none && mesh_.planes[seed].area_m2 > 0.0) add_face(seed);
-    }
+  explicit EdgeTable(std::span<const glm::uvec3> triangles) {
+    edges_.reserve(3 * triangles.size());
+    for (std::uint32_t t = 0; t < triangles.size(); ++t)
+      for (int i = 0; i < 3; ++i)
+        edges_.emplace_back(key(triangles[t][i], triangles[t][(i + 1) % 3]), t);
+    std::ranges::sort(edges_);
   }
 
-  /// The hull without corners of fewer than three faces, unless all of it has only two.
-  ConvexHull hull() const {
-    std::vector<std::vector<std::uint32_t>> faces_of(mesh_.positions_m.size());
-    for (std::uint32_t f = 0; f < faces_.size(); ++f) {
-      for (const std::uint32_t corner : faces_[f].loop)
-        faces_of[corner].push_back(f);
-    }
-    const std::size_t needed = faces_.size() > 2 ? 3 : 2;
-    ConvexHull made;
-    std::vector<std::uint32_t> number(mesh_.positions_m.size(), none);
-    for (std::uint32_t corner = 0; corner < faces_of.size(); ++corner) {
-      if (faces_of[corner].size() < needed) continue;
-      number[corner] = static_cast<std::uint32_t>(made.corners_m.size());
-      made.corners_m.push_back(mesh_.positions_m[corner]);
-    }
-    for (const Polygon& polygon : faces_) {
-      ConvexHull::Face face{.normal = glm::vec3(polygon.normal),
-                            .first_corner = static_cast<std::uint32_t>(made.face_corners.size()),
-                            .first_triangle = static_cast<std::uint32_t>(made.face_triangles.size()),
-                            .triangle_count = static_cast<std::uint32_t>(polygon.triangles.size())};
-      for (const std::uint32_t corner : polygon.loop)
-        if (number[corner] != none) made.face_corners.push_back(number[corner]);
-      face.corner_count = static_cast<std::uint32_t>(made.face_corners.size()) - face.first_corner;
-      for (const std::uint32_t t : polygon.triangles)
-        made.face_triangles.push_back(mesh_.numbers[t]);
-      if (face.corner_count > 2) made.faces.push_back(face);
-    }
-    const glm::dvec3 minimum(mesh_.bounds.minimum_m);
-    const glm::dvec3 maximum(mesh_.bounds.maximum_m);
-    made.center_m = glm::vec3(0.5 * (minimum + maximum));
-    made.half_extent_m = glm::vec3(0.5 * (maximum - minimum));
-    made.inside_out = mesh_.inside_out;
-    return made;
+  /// The triangle with the edge in this direction.
+  std::optional<std::uint32_t> find(std::uint32_t from, std::uint32_t to) const {
+    const auto found = std::ranges::lower_bound(edges_, std::pair(key(from, to), 0u));
+    if (found == edges_.end() || found->first != key(from, to)) return std::nullopt;
+    return found->second;
   }
 
  private:
-  struct Polygon {
-    glm::dvec3 normal{0.0};
-    std::vector<std::uint32_t> loop;
-    std::vector<std::uint32_t> triangles;
-  };
+  static std::uint64_t key(std::uint32_t from, std::uint32_t to) { return std::uint64_t{from} << 32 | to; }
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> edges_;
+};
 
-  bool lies_in(const Plane& plane, std::uint32_t triangle) const {
-    const Plane& other = mesh_.planes[triangle];
-    if (glm::dot(plane.normal, other.normal) < 0.99 && other.is_known) return false;
-    const double tolerance_m = convex_tolerance * mesh_.diagonal_m;
-    for (int i = 0; i < 3; ++i) {
-      const double height_m = glm::dot(plane.normal, mesh_.at(mesh_.triangles[triangle][i])) - plane.offset_m;
-      if (std::abs(height_m) > tolerance_m) return false;
+/// Where the surface of a mesh is in the hull of its corners.
+class SurfaceCheck {
+ public:
+  SurfaceCheck(const WeldedMesh& mesh, const HullTriangles& hull, double allowed_m)
+      : mesh_(mesh), hull_(hull), allowed_m_(allowed_m), edges_(hull.triangles) {}
+
+  /// Whether every point of the surface is near that of the hull. It tells also how far the volume of the mesh
+  /// may be from a multiple of the hull's.
+  bool is_near_hull() {
+    for (const glm::uvec3& triangle : mesh_.triangles) {
+      const auto depth_m = depth_of(triangle);
+      if (!depth_m) return false;
+      const OrientedPlane plane(mesh_.points_m[triangle.x], mesh_.points_m[triangle.y],
+                                mesh_.points_m[triangle.z]);
+      unknown_m3_ += 2.0 * *depth_m * plane.area_m2();
     }
     return true;
   }
 
-  void add_face(std::uint32_t seed) {
-    const auto face = static_cast<std::uint32_t>(faces_.size());
-    Polygon polygon;
-    std::vector<std::uint32_t> open{seed};
-    face_of_[seed] = face;
-    glm::dvec3 area(0.0);
-    while (!open.empty()) {
-      const std::uint32_t t = open.back();
-      open.pop_back();
-      polygon.triangles.push_back(t);
-      area += mesh_.planes[t].area_m2 * mesh_.planes[t].normal;
-      for (int i = 0; i < 3; ++i) {
-        const auto [first, end] =
-            by_edge_.equal_range({mesh_.triangles[t][(i + 1) % 3], mesh_.triangles[t][i]});
-        const auto beside = std::find_if(first, end, [&](const auto& of_edge) {
-          return face_of_[of_edge.second] == none && lies_in(mesh_.planes[seed], of_edge.second);
-        });
-        if (beside == end) continue;
-        face_of_[beside->second] = face;
-        open.push_back(beside->second);
-      }
-    }
-    std::ranges::sort(polygon.triangles);
-    polygon.normal = glm::normalize(area);
-    if (!trace_loop(polygon)) {
-      // Not a disc, which only meshes with triangles that overlap have: each triangle is a face of its own.
-      for (const std::uint32_t t : polygon.triangles) {
-        const glm::uvec3& corners = mesh_.triangles[t];
-        if (mesh_.planes[t].area_m2 > 0.0)
-          faces_.push_back({mesh_.planes[t].normal, {corners.x, corners.y, corners.z}, {t}});
-      }
-      return;
-    }
-    faces_.push_back(std::move(polygon));
-  }
+  double unknown_m3() const noexcept { return unknown_m3_; }
 
-  /// The border of the polygon's triangles. False: it is not one loop.
-  bool trace_loop(Polygon& polygon) const {
-    std::map<DirectedEdge, int> count;
-    for (const std::uint32_t t : polygon.triangles) {
-      for (int i = 0; i < 3; ++i) {
-        const DirectedEdge edge{mesh_.triangles[t][i], mesh_.triangles[t][(i + 1) % 3]};
-        const DirectedEdge back{edge.second, edge.first};
-        if (edge.first == edge.second) continue;
-        if (const auto twin = count.find(back); twin != count.end() && twin->second > 0)
-          --twin->second;
-        else
-          ++count[edge];
+ private:
+  /// How deep the triangle's deepest point lies, at most; empty: too deep.
+  std::optional<double> depth_of(const glm::uvec3& triangle) {
+    double least_m = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t a = triangle[i], b = triangle[(i + 1) % 3];
+      for (const auto& beside : {edges_.find(a, b), edges_.find(b, a)}) {
+        if (!beside) continue;
+        double deepest_m = 0.0;
+        for (int k = 0; k < 3; ++k)
+          deepest_m = std::max(deepest_m, -hull_.planes[*beside].height_m(mesh_.at(triangle[k])));
+        least_m = std::min(least_m, deepest_m);
       }
     }
-    std::map<std::uint32_t, std::uint32_t> next;
-    for (const auto& [edge, times] : count) {
-      if (times == 0) continue;
-      if (times > 1 || !next.emplace(edge.first, edge.second).second) return false;
-    }
-    if (next.size() < 3) return false;
-    const std::uint32_t start = next.begin()->first;
-    std::uint32_t corner = start;
-    do {
-      polygon.loop.push_back(corner);
-      const auto following = next.find(corner);
-      if (following == next.end()) return false;
-      corner = following->second;
-    } while (corner != start && polygon.loop.size() <= next.size());
-    return polygon.loop.size() == next.size();
+    if (least_m <= allowed_m_) return least_m;
+    if (!depths_) depths_.emplace(hull_, mesh_.points_m);
+    return depths_->depth_within(mesh_.corners(triangle), allowed_m_);
   }
 
   const WeldedMesh& mesh_;
-  const std::multimap<DirectedEdge, std::uint32_t> by_edge_;
-  std::vector<std::uint32_t> face_of_;  // of each triangle
-  std::vector<Polygon> faces_;
+  const HullTriangles& hull_;
+  double allowed_m_;
+  EdgeTable edges_;
+  std::optional<HullDepth> depths_;
+  double unknown_m3_ = 0.0;
 };
+
+double volume_m3(std::span<const glm::vec3> points_m, std::span<const glm::uvec3> triangles) {
+  const glm::dvec3 origin(points_m[0]);
+  double six_volumes = 0.0;
+  for (const glm::uvec3& t : triangles)
+    six_volumes +=
+        glm::dot(glm::dvec3(points_m[t.x]) - origin,
+                 glm::cross(glm::dvec3(points_m[t.y]) - origin, glm::dvec3(points_m[t.z]) - origin));
+  return six_volumes / 6.0;
+}
+
+// ---- faces
+
+/// Distributes the triangles of the mesh to the faces of its hull.
+void set_face_triangles(ConvexHull& hull, const std::vector<std::vector<std::uint32_t>>& of_faces,
+                        const WeldedMesh& mesh) {
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    hull.faces[f].first_triangle = static_cast<std::uint32_t>(hull.face_triangles.size());
+    hull.faces[f].triangle_count = static_cast<std::uint32_t>(of_faces[f].size());
+    for (const std::uint32_t t : of_faces[f])
+      hull.face_triangles.push_back(mesh.numbers[t]);
+  }
+}
+
+/// Gives faces without a triangle the nearest one of the faces around them.
+void fill_faces(const HullTriangles& hull, const HullFaces& faces, const WeldedMesh& mesh,
+                std::vector<std::vector<std::uint32_t>>& of_faces) {
+  if (std::ranges::none_of(of_faces, [](const auto& triangles) { return triangles.empty(); })) return;
+  const auto beside = neighbors_of(hull.triangles);
+  const auto center_of = [&](const glm::uvec3& t) {
+    return (mesh.at(t.x) + mesh.at(t.y) + mesh.at(t.z)) / 3.0;
+  };
+  std::vector<std::uint32_t> search_of(hull.triangles.size(), no_index);
+  std::vector<std::vector<std::uint32_t>> filled = of_faces;
+  for (std::uint32_t start = 0; start < hull.triangles.size(); ++start) {
+    const std::uint32_t face = faces.of_triangle[start];
+    if (!filled[face].empty()) continue;
+    std::vector<std::uint32_t> open{start};
+    search_of[start] = start;
+    for (std::size_t i = 0; i < open.size() && filled[face].empty(); ++i) {
+      const auto& near = of_faces[faces.of_triangle[open[i]]];
+      if (!near.empty())
+        filled[face] = {*std::ranges::min_element(near, {}, [&](std::uint32_t t) {
+          return glm::distance(center_of(mesh.triangles[t]), center_of(hull.triangles[start]));
+        })};
+      for (const std::uint32_t other : beside[open[i]])
+        if (std::exchange(search_of[other], start) != start) open.push_back(other);
+    }
+  }
+  of_faces = std::move(filled);
+}
+
+/// The hull with its faces, from the exact hull of the mesh's corners.
+ConvexHull simplified(std::span<const glm::vec3> points_m, HullTriangles& hull, HullFaces& faces) {
+  const double deviation_m = simplification_ulp * ulp_m(points_m);
+  std::vector<glm::vec3> corners_m;
+  for (const std::uint32_t corner : hull.corners)
+    corners_m.push_back(points_m[corner]);
+  HullTriangles coarse = hull_triangles(corners_m, deviation_m).value();
+  if (coarse.corners.size() < hull.corners.size()) {
+    for (std::uint32_t& corner : coarse.corners)
+      corner = hull.corners[corner];
+    for (glm::uvec3& t : coarse.triangles)
+      t = {hull.corners[t.x], hull.corners[t.y], hull.corners[t.z]};
+    hull = std::move(coarse);
+  }
+  faces = hull_faces(hull, points_m, deviation_m);
+  ConvexHull made = std::move(faces.hull);
+  set_box(made, points_m);
+  return made;
+}
+
+ConvexHull solid_hull_of(WeldedMesh& mesh, HullTriangles hull, bool inside_out) {
+  HullFaces faces;
+  ConvexHull made = simplified(mesh.points_m, hull, faces);
+  made.inside_out = inside_out;
+  remove_repeated(mesh);
+  const EdgeTable edges(hull.triangles);
+  std::optional<HullDepth> depths;
+  std::vector<std::vector<std::uint32_t>> of_faces(made.faces.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    glm::uvec3 triangle = mesh.triangles[t];
+    if (inside_out) std::swap(triangle.y, triangle.z);
+    std::optional<std::uint32_t> on_hull = edges.find(triangle.x, triangle.y);
+    if (on_hull != edges.find(triangle.y, triangle.z)) on_hull.reset();
+    if (!on_hull) {
+      if (!depths) depths.emplace(hull, mesh.points_m);
+      const auto [a, b, c] = mesh.corners(triangle);
+      on_hull = depths->nearest_with_normal((a + b + c) / 3.0, glm::normalize(glm::cross(b - a, c - a)),
+                                            hull_tolerance_ulp * ulp_m(mesh.points_m));
+    }
+    of_faces[faces.of_triangle[*on_hull]].push_back(t);
+  }
+  fill_faces(hull, faces, mesh, of_faces);
+  set_face_triangles(made, of_faces, mesh);
+  return made;
+}
+
+std::optional<ConvexHull> flat_hull_of(WeldedMesh& mesh, const glm::dvec3& normal, double allowed_m) {
+  auto flat = flat_hull(mesh.points_m, normal, simplification_ulp * ulp_m(mesh.points_m));
+  if (!flat || !covers_polygon(*flat, mesh.points_m, mesh.triangles, allowed_m)) return std::nullopt;
+  remove_repeated(mesh);
+  std::vector<std::vector<std::uint32_t>> of_faces(2);
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto [a, b, c] = mesh.corners(mesh.triangles[t]);
+    of_faces[glm::dot(glm::cross(b - a, c - a), normal) > 0.0 ? 0 : 1].push_back(t);
+  }
+  set_face_triangles(*flat, of_faces, mesh);
+  set_box(*flat, mesh.points_m);
+  return flat;
+}
+
+/// The normal of the triangle with the largest area.
+glm::dvec3 largest_normal(const WeldedMesh& mesh) {
+  glm::dvec3 largest(0.0);
+  for (const glm::uvec3& t : mesh.triangles) {
+    const auto [a, b, c] = mesh.corners(t);
+    const glm::dvec3 across = glm::cross(b - a, c - a);
+    if (glm::dot(across, across) > glm::dot(largest, largest)) largest = across;
+  }
+  return glm::normalize(largest);
+}
+
+/// Whether the mesh, whose surface is near that of its hull, covers it. Its volume is near a multiple of the
+/// hull's then, and the multiple is zero if both sides of walls are its surface. The volume of a thin body
+/// may be less than its uncertainty: such a body has to cover the hull as seen along the least extent.
+bool covers_hull(const WeldedMesh& mesh, const HullTriangles& hull, double volume, double unknown_m3,
+                 double allowed_m) {
+  if (std::abs(volume) > unknown_m3) return true;
+  if (volume_m3(mesh.points_m, hull.triangles) > 2.0 * unknown_m3) return false;
+  const auto side = thin_side(hull, mesh.points_m, 16.0 * allowed_m);
+  if (!side) return false;
+  const auto flat = flat_hull(mesh.points_m, hull.planes[side->triangle].normal(), allowed_m);
+  return flat && covers_polygon(*flat, mesh.points_m, mesh.triangles, allowed_m);
+}
 
 }  // namespace
 
 std::optional<ConvexHull> convex_hull_of(const MeshView& mesh) {
   if (mesh.triangles.size() > max_convex_triangles || !is_closed(mesh) || is_plainly_not_convex(mesh))
     return std::nullopt;
-  const WeldedMesh made = welded(mesh);
-  if (!is_convex(made)) return std::nullopt;
-  FaceMaker maker(made);
-  maker.make_faces();
-  ConvexHull hull = maker.hull();
-  if (hull.faces.empty()) return std::nullopt;
-  return hull;
+  WeldedMesh made = welded(mesh);
+  if (made.triangles.empty()) return std::nullopt;
+  const double allowed_m = tolerance_m(made.points_m, made.diagonal_m);
+  auto hull = hull_triangles(made.points_m);
+  if (!hull) return flat_hull_of(made, largest_normal(made), allowed_m);
+  if (const auto side = thin_side(*hull, made.points_m, hull_tolerance_ulp * ulp_m(made.points_m)))
+    return flat_hull_of(made, hull->planes[side->triangle].normal(), allowed_m);
+  SurfaceCheck check(made, *hull, allowed_m);
+  if (!check.is_near_hull()) return std::nullopt;
+  const double volume = volume_m3(made.points_m, made.triangles);
+  if (!covers_hull(made, *hull, volume, check.unknown_m3(), allowed_m)) return std::nullopt;
+  return solid_hull_of(made, std::move(*hull), volume < 0.0);
+}
+
+std::optional<ConvexHull> convex_hull_of_points(std::span<const glm::vec3> points_m) {
+  auto hull = hull_triangles(points_m);
+  if (!hull) return std::nullopt;
+  std::optional<ConvexHull> made;
+  const double ulp = ulp_m(points_m);
+  if (const auto side = thin_side(*hull, points_m, hull_tolerance_ulp * ulp)) {
+    made = flat_hull(points_m, hull->planes[side->triangle].normal(), simplification_ulp * ulp);
+    if (made) set_box(*made, points_m);
+  } else {
+    HullFaces faces;
+    made = simplified(points_m, *hull, faces);
+  }
+  return made;
 }
 
 namespace {
@@ -420,10 +387,10 @@ Pieces numbered_pieces(const MeshView& mesh) {
     parent[root_of(triangle.z)] = root_of(root);
   }
   Pieces pieces;
-  std::vector<std::uint32_t> number(parent.size(), none);
+  std::vector<std::uint32_t> number(parent.size(), no_index);
   for (const glm::uvec3& triangle : mesh.triangles) {
     std::uint32_t& piece = number[root_of(triangle.x)];
-    if (piece == none) piece = pieces.count++;
+    if (piece == no_index) piece = pieces.count++;
     pieces.of_triangles.push_back(piece);
   }
   return pieces;
@@ -438,13 +405,13 @@ ConvexParts convex_parts_of(const MeshView& mesh) {
   if (pieces.count < 2 || pieces.count > max_convex_parts) return {};
   std::vector<TriangleMesh> meshes(pieces.count);
   std::vector<std::vector<std::uint32_t>> numbers(pieces.count);  // of the triangles in the whole mesh
-  std::vector<std::uint32_t> local(mesh.positions_m.size(), none);
+  std::vector<std::uint32_t> local(mesh.positions_m.size(), no_index);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     TriangleMesh& piece = meshes[pieces.of_triangles[t]];
     glm::uvec3& triangle = piece.triangles.emplace_back(mesh.triangles[t]);
     for (int i = 0; i < 3; ++i) {
       std::uint32_t& corner = local[triangle[i]];
-      if (corner == none) {
+      if (corner == no_index) {
         corner = static_cast<std::uint32_t>(piece.positions_m.size());
         piece.positions_m.push_back(mesh.positions_m[triangle[i]]);
       }

@@ -2,10 +2,12 @@
 // The hull of a convex mesh, as contact queries search it: corners without repetitions, and faces in which
 // triangles of one plane are merged.
 //
-// A closed mesh is convex if every corner is behind the plane of every triangle, up to convex_tolerance times
-// the diagonal of its box; it may also be turned inside out as a whole. Triangles whose plane single
-// precision does not determine within this tolerance are not compared. Flat bodies are convex: closed meshes
-// whose triangles lie in one plane, on both sides.
+// A closed mesh is convex if every point of its surface, not its corners alone, is within a tolerance of the
+// surface of the hull of its corners, and if it covers that surface. The tolerance is convex_tolerance times
+// the diagonal of its box, or hull_tolerance_ulp units in the last place of its largest coordinate, whichever
+// is more (limits.hpp). The mesh may be turned inside out as a whole. Flat bodies are convex: closed meshes
+// of less thickness than that number of units, which cover a convex polygon on both sides. Triangles without
+// area do not count.
 //
 // Pure functions: any thread. They allocate.
 
@@ -13,6 +15,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "rtstdb/geometry/mesh_view.hpp"
@@ -20,8 +23,9 @@
 namespace rtstdb {
 
 struct ConvexHull {
-  /// A polygon: its corners are face_corners[first_corner, first_corner + corner_count), indices into
-  /// corners_m, counter-clockwise seen from outside. Its triangles are those of the mesh, in the same way.
+  /// A convex polygon: its corners are face_corners[first_corner, first_corner + corner_count), indices into
+  /// corners_m, counter-clockwise seen from outside. Its triangles are those of the mesh that lie in it, in
+  /// the same way; of a face without any, the nearest one, which is then also in another face.
   struct Face {
     glm::vec3 normal{0.0f};  ///< unit, outward
     std::uint32_t first_corner = 0, corner_count = 0;
@@ -37,7 +41,8 @@ struct ConvexHull {
     std::uint32_t core_corners = 0;
   };
 
-  /// Entity frame; without those inside a face or between two corners of an edge.
+  /// Entity frame; corners of the mesh. Every other corner of the mesh is within hull_tolerance_ulp of their
+  /// hull, as those inside a face or an edge. Corners of a face are as near to a common plane.
   std::vector<glm::vec3> corners_m;
   std::vector<Face> faces;
   std::vector<std::uint32_t> face_corners;
@@ -52,6 +57,10 @@ struct ConvexHull {
 /// The hull of a convex mesh; empty: the mesh is not convex. Takes time in proportion to n log n for a convex
 /// mesh of n triangles, and usually much less for one that is not convex.
 std::optional<ConvexHull> convex_hull_of(const MeshView& mesh);
+
+/// The hull of points, without triangles. Points of less thickness than hull_tolerance_ulp units give a flat
+/// hull; empty: they lie in a line, up to that. All coordinates are finite.
+std::optional<ConvexHull> convex_hull_of_points(std::span<const glm::vec3> points_m);
 
 using ConvexParts = std::vector<ConvexHull>;
 

@@ -11,6 +11,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/hull_triangles.hpp"
 #include "rtstdb/geometry/mesh_surface.hpp"
 #include "rtstdb/geometry/value_text.hpp"
 
@@ -19,26 +20,6 @@ namespace {
 
 Error bad_part(std::size_t part, const std::string& fault) {
   return {ErrorCode::bad_input, "convex part " + std::to_string(part) + " " + fault};
-}
-
-/// Whether four of the points are the corners of a tetrahedron, as make_hull demands it.
-bool spans_volume(const std::vector<glm::vec3>& points_m) {
-  if (points_m.size() < 4) return false;
-  const auto at = [&](std::size_t i) { return glm::dvec3(points_m[i]); };
-  const auto farthest = [&](const auto& measure) {
-    std::size_t best = 0;
-    for (std::size_t i = 1; i < points_m.size(); ++i)
-      if (measure(i) > measure(best)) best = i;
-    return best;
-  };
-  const std::size_t a = farthest([&](std::size_t i) { return at(i).x; });
-  const std::size_t b = farthest([&](std::size_t i) { return glm::distance(at(i), at(a)); });
-  const auto across = [&](std::size_t i) { return glm::cross(at(i) - at(a), at(b) - at(a)); };
-  const std::size_t c = farthest([&](std::size_t i) { return glm::length(across(i)); });
-  const auto height = [&](std::size_t i) { return std::abs(glm::dot(across(c), at(i) - at(a))); };
-  const double longest_m = glm::distance(at(a), at(b));
-  // A part that is thinner than single precision resolves has no faces whose planes are known.
-  return height(farthest(height)) > 1e-6 * longest_m * longest_m * longest_m;
 }
 
 /// How far a point is in front of the face that it is farthest in front of; not above 0: in the hull.
@@ -174,11 +155,9 @@ Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoi
                                   " outside the box of the mesh; at most " + metres(allowed_m) +
                                   " are allowed");
     }
-    auto hull = spans_volume(points_m) ? convex_hull_of(make_hull(points_m)) : std::nullopt;
-    if (!hull)
-      return bad_part(part, "has " + std::to_string(points_m.size()) +
-                                " points that span no volume; four that are not in a plane are needed");
-    hulls.push_back(std::move(*hull));
+    if (const auto checked = checked_hull(points_m); !checked)
+      return bad_part(part, "has " + checked.error().message);
+    hulls.push_back(convex_hull_of_points(points_m).value());
   }
   const MeshSurface surface(mesh, allowed_m);
   if (std::string fault = fault_of_mesh(surface, hulls, allowed_m); !fault.empty())
@@ -186,6 +165,17 @@ Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoi
   for (std::size_t part = 0; part < hulls.size(); ++part) {
     const std::string fault = fault_of_part(mesh, surface, hulls, part, allowed_m);
     if (!fault.empty()) return bad_part(part, fault);
+  }
+  name_triangles(mesh, hulls);
+  return hulls;
+}
+
+ConvexParts recovered_convex_parts(const MeshView& mesh, const ConvexPartPoints& parts_m) {
+  ConvexParts hulls;
+  for (const std::vector<glm::vec3>& points_m : parts_m) {
+    auto hull = convex_hull_of_points(points_m);
+    if (!hull) return convex_parts_of(mesh);
+    hulls.push_back(std::move(*hull));
   }
   name_triangles(mesh, hulls);
   return hulls;

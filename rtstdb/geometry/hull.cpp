@@ -1,116 +1,61 @@
-#include <glm/geometric.hpp>
-
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
+#include <cstdio>
 #include <limits>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <rtstdb/geometry.hpp>
+#include <rtstdb/limits.hpp>
 #include <rtstdb/result.hpp>
+
+#include "rtstdb/geometry/hull_triangles.hpp"
+#include "rtstdb/geometry/value_text.hpp"
 
 namespace rtstdb {
 namespace {
 
-struct HullFace {
-  std::array<std::uint32_t, 3> corners;
-  glm::dvec3 normal;  // not of unit length
-};
-
-class Hull {
- public:
-  explicit Hull(std::span<const glm::vec3> points_m) {
-    for (const glm::vec3& p : points_m)
-      points_.emplace_back(p);
-    const std::array<std::uint32_t, 4> first = first_corners();
-    for (std::size_t i = 0; i < 4; ++i)
-      add({first[(i + 1) % 4], first[(i + 2) % 4], first[(i + 3) % 4]}, points_[first[i]]);
-    for (std::uint32_t i = 0; i < points_.size(); ++i)
-      extend_to(i);
-  }
-
-  TriangleMesh mesh() const {
-    constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
-    std::vector<std::uint32_t> index_of(points_.size(), unused);
-    TriangleMesh mesh;
-    for (const HullFace& face : faces_) {
-      for (const std::uint32_t corner : face.corners) {
-        if (index_of[corner] != unused) continue;
-        index_of[corner] = static_cast<std::uint32_t>(mesh.positions_m.size());
-        mesh.positions_m.emplace_back(points_[corner]);
-      }
-      mesh.triangles.emplace_back(index_of[face.corners[0]], index_of[face.corners[1]],
-                                  index_of[face.corners[2]]);
-    }
-    return mesh;
-  }
-
- private:
-  double volume(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const {
-    return glm::dot(glm::cross(points_[b] - points_[a], points_[c] - points_[a]), points_[d] - points_[a]);
-  }
-
-  /// The point for which the function is largest.
-  template <class Of>
-  std::uint32_t farthest(Of&& of) const {
-    std::uint32_t best = 0;
-    for (std::uint32_t i = 1; i < points_.size(); ++i)
-      if (of(i) > of(best)) best = i;
-    return best;
-  }
-
-  /// Four points that span a volume.
-  std::array<std::uint32_t, 4> first_corners() const {
-    RTSTDB_ASSERT(points_.size() >= 4);
-    const std::uint32_t a = farthest([&](std::uint32_t i) { return points_[i].x; });
-    const std::uint32_t b = farthest([&](std::uint32_t i) { return glm::distance(points_[i], points_[a]); });
-    const std::uint32_t c = farthest([&](std::uint32_t i) {
-      return glm::length(glm::cross(points_[i] - points_[a], points_[b] - points_[a]));
-    });
-    const std::uint32_t d = farthest([&](std::uint32_t i) { return std::abs(volume(a, b, c, i)); });
-    RTSTDB_ASSERT(volume(a, b, c, d) != 0.0);
-    return {a, b, c, d};
-  }
-
-  /// Adds a face whose back is toward the point.
-  void add(std::array<std::uint32_t, 3> corners, const glm::dvec3& behind) {
-    const auto normal = [&] {
-      return glm::cross(points_[corners[1]] - points_[corners[0]], points_[corners[2]] - points_[corners[0]]);
-    };
-    if (glm::dot(normal(), behind - points_[corners[0]]) > 0.0) std::swap(corners[1], corners[2]);
-    faces_.push_back({corners, normal()});
-  }
-
-  void extend_to(std::uint32_t point) {
-    const auto hidden_end = std::partition(faces_.begin(), faces_.end(), [&](const HullFace& face) {
-      return std::ranges::find(face.corners, point) != face.corners.end() ||
-             glm::dot(face.normal, points_[point] - points_[face.corners[0]]) <= 0.0;
-    });
-    // The rim of the visible faces: their edges whose reverse is of no visible face.
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-    for (auto face = hidden_end; face != faces_.end(); ++face)
-      for (std::size_t i = 0; i < 3; ++i)
-        edges.emplace_back(face->corners[i], face->corners[(i + 1) % 3]);
-    faces_.erase(hidden_end, faces_.end());
-    std::ranges::sort(edges);
-    for (const auto& [from, to] : edges) {
-      if (std::ranges::binary_search(edges, std::pair(to, from))) continue;
-      faces_.push_back(
-          {{from, to, point}, glm::cross(points_[to] - points_[from], points_[point] - points_[from])});
-    }
-  }
-
-  std::vector<glm::dvec3> points_;
-  std::vector<HullFace> faces_;
-};
+Error no_hull(std::size_t points, const std::string& fault) {
+  return {ErrorCode::bad_input, std::to_string(points) + " points" + fault};
+}
 
 }  // namespace
 
-TriangleMesh make_hull(std::span<const glm::vec3> points_m) {
-  return Hull(points_m).mesh();
+Result<HullTriangles> checked_hull(std::span<const glm::vec3> points_m) {
+  const std::size_t count = points_m.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const glm::vec3& p_m = points_m[i];
+    if (!std::isfinite(p_m.x) || !std::isfinite(p_m.y) || !std::isfinite(p_m.z))
+      return no_hull(count, ", of which point " + std::to_string(i) + " is " + text_of(glm::dvec3(p_m)) +
+                                "; finite numbers are needed");
+  }
+  if (count < 4) return no_hull(count, " that span no volume; at least 4 are needed");
+  const double limit_m = hull_tolerance_ulp * ulp_m(points_m);
+  auto hull = hull_triangles(points_m);
+  const auto side = hull ? thin_side(*hull, points_m, limit_m) : ThinSide{};
+  if (!side) return std::move(*hull);
+  char text[160];
+  std::snprintf(text, sizeof text,
+                " that span no volume: they are %.4g m thick, and at least %.4g m are needed, which is %g "
+                "times the precision of their largest coordinate",
+                side->extent_m, limit_m, hull_tolerance_ulp);
+  return no_hull(count, text);
+}
+
+Result<TriangleMesh> make_hull(std::span<const glm::vec3> points_m) {
+  auto hull = checked_hull(points_m);
+  if (!hull) return Error{hull.error().code, "a hull of " + hull.error().message};
+  const HullTriangles& made = hull.value();
+  std::vector<std::uint32_t> number(points_m.size());
+  TriangleMesh mesh;
+  for (const std::uint32_t corner : made.corners) {
+    number[corner] = static_cast<std::uint32_t>(mesh.positions_m.size());
+    mesh.positions_m.push_back(points_m[corner]);
+  }
+  for (const glm::uvec3& t : made.triangles)
+    mesh.triangles.emplace_back(number[t.x], number[t.y], number[t.z]);
+  return mesh;
 }
 
 }  // namespace rtstdb

@@ -13,6 +13,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/hull_faces.hpp"
 #include "rtstdb/geometry/mesh_surface.hpp"
 #include "rtstdb/geometry/value_text.hpp"
 
@@ -128,11 +129,29 @@ void add_cap(ConvexHull& hull, const Solid& solid, double side) {
   hull.faces.push_back(face);
 }
 
+/// Corner i is on the positive side of axis k if bit k of i is set.
 ConvexHull box_hull(const Solid& solid) {
-  TriangleMesh box = make_box(solid.size_m);
-  for (glm::vec3& p_m : box.positions_m)
-    p_m = glm::vec3(solid.center_m + solid.q_entity * glm::dvec3(p_m));
-  return convex_hull_of(box).value();
+  ConvexHull hull;
+  for (std::uint32_t i = 0; i < 8; ++i) {
+    const glm::dvec3 side(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
+    hull.corners_m.emplace_back(solid.center_m + solid.q_entity * (side * solid.size_m));
+  }
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t along = 1u << axis, u = 1u << (axis + 1) % 3, v = 1u << (axis + 2) % 3;
+    for (const double side : {-1.0, 1.0}) {
+      glm::dvec3 normal(0.0);
+      normal[static_cast<int>(axis)] = side;
+      hull.faces.push_back({.normal = glm::vec3(solid.q_entity * normal),
+                            .first_corner = static_cast<std::uint32_t>(hull.face_corners.size()),
+                            .corner_count = 4});
+      if (side > 0.0)
+        hull.face_corners.insert(hull.face_corners.end(), {along, along | u, along | u | v, along | v});
+      else
+        hull.face_corners.insert(hull.face_corners.end(), {0u, v, u | v, u});
+    }
+  }
+  set_box(hull, hull.corners_m);
+  return hull;
 }
 
 ConvexHull round_hull(const Solid& solid) {
@@ -175,6 +194,10 @@ const char* to_string(SolidKind kind) noexcept {
 Result<ConvexHull> solid_hull(const MeshView& mesh, const Solid& solid) {
   if (const std::string fault = fault_of_sizes(solid); !fault.empty()) return refused(solid, fault);
   if (const std::string fault = fault_of_mesh(mesh, solid); !fault.empty()) return refused(solid, fault);
+  return recovered_solid_hull(mesh, solid);
+}
+
+ConvexHull recovered_solid_hull(const MeshView& mesh, const Solid& solid) {
   ConvexHull hull = solid.kind == SolidKind::box ? box_hull(solid) : round_hull(solid);
   // Contact points name the nearest of all triangles of the mesh.
   hull.face_triangles.clear();

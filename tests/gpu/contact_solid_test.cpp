@@ -44,7 +44,7 @@ class SolidContacts : public DatabaseTest {
     for (const glm::vec3& p_m : make_sphere(radius_m, subdivisions).positions_m)
       for (const double side : {-0.5, 0.5})
         points_m.push_back(p_m + glm::vec3(0.0f, 0.0f, static_cast<float>(side * height_m)));
-    return make_hull(points_m);
+    return make_hull(points_m).value();
   }
   EntityId placed(GeometryId geometry, const glm::dvec3& p_m, const glm::dquat& q = {1.0, 0.0, 0.0, 0.0}) {
     EntityRow row = row_of(geometry, p_m);

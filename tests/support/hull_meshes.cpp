@@ -28,7 +28,7 @@ TriangleMesh make_random_hull(std::uint64_t seed, std::uint32_t corners, const g
   points_m.reserve(corners);
   for (const glm::dvec3& direction : directions)
     points_m.emplace_back(half_axes_m * direction);
-  return make_hull(points_m);
+  return make_hull(points_m).value();
 }
 
 TriangleMesh make_two_sided_rectangle(double size_x_m, double size_y_m) {

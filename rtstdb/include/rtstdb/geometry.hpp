@@ -69,8 +69,8 @@ struct GeometryOptions {
   /// point names the nearest triangle of the mesh. In a pair with a body that has none, they are those of the
   /// mesh (contact.hpp). Empty: the parts that the mesh consists of, if it does (GeometryInfo::convex_parts).
   /// In the log. Errors: bad_input for geometry that deforms, for more than max_convex_parts parts, for a
-  /// part of more than max_convex_part_points points or whose points span no volume, for a coordinate that is
-  /// not finite, for a point of a part's surface that is farther outside the mesh than convex_parts_tolerance
+  /// part of more than max_convex_part_points points or whose points have no hull (make_hull), for a point of
+  /// a part's surface that is farther outside the mesh than convex_parts_tolerance
   /// (limits.hpp) times the diagonal of the mesh's box, and for a point of the mesh that is farther outside
   /// all parts. Tested are all corners, and points of both surfaces that are half that length apart, without
   /// those of a part that lie inside another part.
@@ -90,17 +90,18 @@ struct GeometryInfo {
   std::uint32_t triangles = 0;
   bool deforms = false;
   bool closed = false;  ///< each edge of its triangles is passed as often in one direction as in the other
-  /// It has one convex part: its mesh is closed, and every corner is behind the plane of every triangle up to
-  /// convex_tolerance (limits.hpp) times the diagonal of its box; or it has a solid, or one part in
-  /// GeometryOptions::convex_parts_m. Geometry that deforms counts as not convex.
+  /// It has one convex part: its mesh is closed, and every point of its surface is near the surface of the
+  /// hull of its corners, up to convex_tolerance (limits.hpp) times the diagonal of its box, or up to
+  /// hull_tolerance_ulp; or it has a solid, or one part in GeometryOptions::convex_parts_m. Geometry that
+  /// deforms counts as not convex.
   bool convex = false;
   bool solid = false;  ///< it has GeometryOptions::solid
   /// 1 for a solid, or those of GeometryOptions::convex_parts_m. Without them, 1 for a convex geometry;
   /// another one consists of convex parts if each piece of its mesh (triangles that share corners by index)
   /// is convex, up to max_convex_parts of them. 0: contact and impact queries search its triangles.
   std::uint32_t convex_parts = 0;
-  /// Of all parts, without those inside faces or edges. Of a solid with a curved surface: its core's corners,
-  /// and the polygons that stand for its flat faces.
+  /// Of all parts, without corners that are inside faces or edges, up to hull_tolerance_ulp. Of a solid with a
+  /// curved surface: its core's corners, and the polygons that stand for its flat faces.
   std::uint32_t hull_corners = 0, hull_faces = 0;
 };
 
@@ -169,10 +170,14 @@ TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segme
 /// A subdivided icosahedron whose corners lie on the sphere. 20 * 4^subdivisions triangles; at most 10
 /// subdivisions.
 TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions = 3);
-/// The convex hull of the points, with the points of the hull alone, where they are. Takes time that grows
-/// with the square of their number. Points in the plane of a triangle, within rounding, may make triangles of
-/// almost no area. Misuse: points of which no four span a volume.
-TriangleMesh make_hull(std::span<const glm::vec3> points_m);
+/// The convex hull of a set of points in any order, with repetitions or not. Its positions are the n corners of
+/// the hull, where they are, in the order of the points: none lies inside a face or an edge. At most 2n - 4
+/// triangles; none has a corner in front of it or is without an area, exactly and not up to rounding. Time:
+/// usually in proportion to the number of points times its logarithm.
+/// Errors: bad_input for a coordinate that is not finite, for fewer than four points, and for a set that is
+/// thinner than hull_tolerance_ulp (limits.hpp): its thickness is the least extent along the normal of a
+/// triangle of the hull, which is one to three times the least extent along any direction.
+Result<TriangleMesh> make_hull(std::span<const glm::vec3> points_m);
 /// Two triangles in the plane z = 0, with their front toward +z.
 TriangleMesh make_rectangle(double size_x_m, double size_y_m);
 

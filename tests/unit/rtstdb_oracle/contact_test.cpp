@@ -112,7 +112,7 @@ TEST(ContactThin, NormalOfASmallFaceIsNotUnique) {
   for (const float x : {-1.0f, 1.0f})
     for (const float y : {-1.0f, 1.0f})
       corners.insert(corners.end(), {{0.1f * x, 0.1f * y, 1.0f}, {1.1f * x, 1.1f * y, 0.0f}});
-  Scene scene = two_bodies(make_hull(corners), make_box({1e-3, 1e-3, 4}), {0, 0, 2.8});
+  Scene scene = two_bodies(make_hull(corners).value(), make_box({1e-3, 1e-3, 4}), {0, 0, 2.8});
   expect_pair(truth_of(scene), -0.2, {0, 0, -1});
   EXPECT_FALSE(truth_of(scene).normal_is_unique);
   scene.entities[1].row.motion.p_world_m.z = 2.9;
