@@ -217,14 +217,11 @@ void set_face_triangles(ConvexHull& hull, const std::vector<std::vector<std::uin
   }
 }
 
-/// Gives faces without a triangle the nearest one of the faces around them.
-void fill_faces(const HullTriangles& hull, const HullFaces& faces, const WeldedMesh& mesh,
+/// Gives faces without a triangle one of the nearest face that has some.
+void fill_faces(const HullTriangles& hull, const HullFaces& faces,
                 std::vector<std::vector<std::uint32_t>>& of_faces) {
   if (std::ranges::none_of(of_faces, [](const auto& triangles) { return triangles.empty(); })) return;
   const auto beside = neighbors_of(hull.triangles);
-  const auto center_of = [&](const glm::uvec3& t) {
-    return (mesh.at(t.x) + mesh.at(t.y) + mesh.at(t.z)) / 3.0;
-  };
   std::vector<std::uint32_t> search_of(hull.triangles.size(), no_index);
   std::vector<std::vector<std::uint32_t>> filled = of_faces;
   for (std::uint32_t start = 0; start < hull.triangles.size(); ++start) {
@@ -234,10 +231,7 @@ void fill_faces(const HullTriangles& hull, const HullFaces& faces, const WeldedM
     search_of[start] = start;
     for (std::size_t i = 0; i < open.size() && filled[face].empty(); ++i) {
       const auto& near = of_faces[faces.of_triangle[open[i]]];
-      if (!near.empty())
-        filled[face] = {*std::ranges::min_element(near, {}, [&](std::uint32_t t) {
-          return glm::distance(center_of(mesh.triangles[t]), center_of(hull.triangles[start]));
-        })};
+      if (!near.empty()) filled[face] = {near.front()};
       for (const std::uint32_t other : beside[open[i]])
         if (std::exchange(search_of[other], start) != start) open.push_back(other);
     }
@@ -272,6 +266,7 @@ ConvexHull solid_hull_of(WeldedMesh& mesh, HullTriangles hull, bool inside_out) 
   remove_repeated(mesh);
   const EdgeTable edges(hull.triangles);
   std::optional<HullDepth> depths;
+  const double larger_m = hull_tolerance_ulp * ulp_m(mesh.points_m);
   std::vector<std::vector<std::uint32_t>> of_faces(made.faces.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     glm::uvec3 triangle = mesh.triangles[t];
@@ -281,12 +276,12 @@ ConvexHull solid_hull_of(WeldedMesh& mesh, HullTriangles hull, bool inside_out) 
     if (!on_hull) {
       if (!depths) depths.emplace(hull, mesh.points_m);
       const auto [a, b, c] = mesh.corners(triangle);
-      on_hull = depths->nearest_with_normal((a + b + c) / 3.0, glm::normalize(glm::cross(b - a, c - a)),
-                                            hull_tolerance_ulp * ulp_m(mesh.points_m));
+      on_hull =
+          depths->nearest_with_normal((a + b + c) / 3.0, glm::normalize(glm::cross(b - a, c - a)), larger_m);
     }
     of_faces[faces.of_triangle[*on_hull]].push_back(t);
   }
-  fill_faces(hull, faces, mesh, of_faces);
+  fill_faces(hull, faces, of_faces);
   set_face_triangles(made, of_faces, mesh);
   return made;
 }
@@ -329,11 +324,9 @@ bool covers_hull(const WeldedMesh& mesh, const HullTriangles& hull, double volum
   return flat && covers_polygon(*flat, mesh.points_m, mesh.triangles, allowed_m);
 }
 
-}  // namespace
-
-std::optional<ConvexHull> convex_hull_of(const MeshView& mesh) {
-  if (mesh.triangles.size() > max_convex_triangles || !is_closed(mesh) || is_plainly_not_convex(mesh))
-    return std::nullopt;
+/// Of a closed mesh.
+std::optional<ConvexHull> hull_of_closed(const MeshView& mesh) {
+  if (is_plainly_not_convex(mesh)) return std::nullopt;
   WeldedMesh made = welded(mesh);
   if (made.triangles.empty()) return std::nullopt;
   const double allowed_m = tolerance_m(made.points_m, made.diagonal_m);
@@ -346,6 +339,13 @@ std::optional<ConvexHull> convex_hull_of(const MeshView& mesh) {
   const double volume = volume_m3(made.points_m, made.triangles);
   if (!covers_hull(made, *hull, volume, check.unknown_m3(), allowed_m)) return std::nullopt;
   return solid_hull_of(made, std::move(*hull), volume < 0.0);
+}
+
+}  // namespace
+
+std::optional<ConvexHull> convex_hull_of(const MeshView& mesh) {
+  if (mesh.triangles.size() > max_convex_triangles || !is_closed(mesh)) return std::nullopt;
+  return hull_of_closed(mesh);
 }
 
 std::optional<ConvexHull> convex_hull_of_points(std::span<const glm::vec3> points_m) {
@@ -399,8 +399,9 @@ Pieces numbered_pieces(const MeshView& mesh) {
 }  // namespace
 
 ConvexParts convex_parts_of(const MeshView& mesh) {
-  if (mesh.triangles.size() > max_convex_triangles) return {};
-  if (auto whole = convex_hull_of(mesh)) return {std::move(*whole)};
+  // If all pieces are closed, the whole mesh is.
+  if (mesh.triangles.size() > max_convex_triangles || !is_closed(mesh)) return {};
+  if (auto whole = hull_of_closed(mesh)) return {std::move(*whole)};
   const Pieces pieces = numbered_pieces(mesh);
   if (pieces.count < 2 || pieces.count > max_convex_parts) return {};
   std::vector<TriangleMesh> meshes(pieces.count);

@@ -25,7 +25,7 @@ namespace rtstdb {
 struct ConvexHull {
   /// A convex polygon: its corners are face_corners[first_corner, first_corner + corner_count), indices into
   /// corners_m, counter-clockwise seen from outside. Its triangles are those of the mesh that lie in it, in
-  /// the same way; of a face without any, the nearest one, which is then also in another face.
+  /// the same way; a face without any has one of a face nearby.
   struct Face {
     glm::vec3 normal{0.0f};  ///< unit, outward
     std::uint32_t first_corner = 0, corner_count = 0;

@@ -114,26 +114,32 @@ void HullDepth::walk(const glm::dvec3& point_m, const double& limit_m, Visit&& v
   }
 }
 
-HullDepth::Nearest HullDepth::nearest(const glm::dvec3& point_m) const {
+HullDepth::Nearest HullDepth::nearest(const glm::dvec3& point_m, double enough_m) const {
   Nearest best{.depth_m = std::numeric_limits<double>::infinity()};
-  walk(point_m, best.depth_m, [&](std::uint32_t triangle) {
+  double limit_m = best.depth_m;
+  walk(point_m, limit_m, [&](std::uint32_t triangle) {
     const double depth_m = -hull_.planes[triangle].height_m(point_m);
-    if (depth_m < best.depth_m) best = {depth_m, triangle};
+    if (depth_m >= best.depth_m) return;
+    best = {depth_m, triangle};
+    limit_m = depth_m <= enough_m ? -1.0 : depth_m;
   });
   return best;
 }
 
 std::uint32_t HullDepth::nearest_with_normal(const glm::dvec3& point_m, const glm::dvec3& normal,
                                              double larger_m) const {
-  const Nearest nearest_of_all = nearest(point_m);
-  const double limit_m = std::max(nearest_of_all.depth_m, 0.0) + larger_m;
+  constexpr double enough = 0.999;
+  const Nearest nearest_of_all = nearest(point_m, larger_m);
+  double limit_m = std::max(nearest_of_all.depth_m, 0.0) + larger_m;
   std::uint32_t best = nearest_of_all.triangle;
   double best_cosine = glm::dot(hull_.planes[best].normal(), normal);
+  if (best_cosine >= enough) return best;
   walk(point_m, limit_m, [&](std::uint32_t triangle) {
     const double cosine = glm::dot(hull_.planes[triangle].normal(), normal);
     if (cosine <= best_cosine || -hull_.planes[triangle].height_m(point_m) > limit_m) return;
     best = triangle;
     best_cosine = cosine;
+    if (cosine >= enough) limit_m = -1.0;
   });
   return best;
 }
@@ -146,7 +152,7 @@ std::optional<double> HullDepth::depth_within(const std::array<glm::dvec3, 3>& t
   std::vector<glm::dvec3> polygon_m(triangle_m.begin(), triangle_m.end());
   for (int cut = 0; cut < max_cuts; ++cut) {
     const glm::dvec3 center_m = center_of(polygon_m);
-    const Nearest of_center = nearest(center_m);
+    const Nearest of_center = nearest(center_m, 0.125 * allowed_m);
     if (of_center.depth_m > allowed_m) return std::nullopt;
     const OrientedPlane& plane = hull_.planes[of_center.triangle];
     double deepest_m = 0.0, radius_m = 0.0;

@@ -25,10 +25,10 @@ class HullDepth {
     double depth_m = 0.0;
     std::uint32_t triangle = 0;  ///< of the hull
   };
-  /// The nearest plane to a point in the hull.
-  Nearest nearest(const glm::dvec3& point_m) const;
-  /// The triangle whose normal is nearest to the direction, of those whose planes are not farther from a
-  /// point in the hull than the nearest one, up to a length.
+  /// The nearest plane to a point in the hull, or one that is not farther than `enough_m`.
+  Nearest nearest(const glm::dvec3& point_m, double enough_m) const;
+  /// A triangle whose normal is nearly the direction, else nearest to it, of those whose planes are not
+  /// farther from a point in the hull than the nearest one, up to a length.
   std::uint32_t nearest_with_normal(const glm::dvec3& point_m, const glm::dvec3& normal,
                                     double larger_m) const;
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <utility>
 
@@ -35,11 +36,13 @@ class Quickhull {
     add_tetrahedron(*first);
     for (std::uint32_t i = 0; i < facets_.size(); ++i)
       pending_.push_back(i);
-    while (!pending_.empty()) {
-      const std::uint32_t facet = pending_.back();
-      pending_.pop_back();
-      while (facets_[facet].is_alive && facets_[facet].farthest != no_index)
-        extend_from(facet);
+    // In order of age: else one side would be complete while the others are few large facets, and each later
+    // point there would be in front of many facets.
+    for (; !pending_.empty(); pending_.pop_front()) {
+      const std::uint32_t facet = pending_.front();
+      if (!has_points(facet)) continue;
+      extend_from(facet);
+      if (has_points(facet)) pending_.push_back(facet);
     }
     return true;
   }
@@ -64,6 +67,9 @@ class Quickhull {
   };
 
   glm::dvec3 at(std::uint32_t point) const { return glm::dvec3(points_m_[point]); }
+  bool has_points(std::uint32_t facet) const {
+    return facets_[facet].is_alive && facets_[facet].farthest != no_index;
+  }
 
   template <class Measure>
   std::uint32_t farthest_by(Measure&& measure) const {
@@ -247,7 +253,7 @@ class Quickhull {
   std::vector<std::uint32_t> unused_;      // facets that are not alive
   std::vector<std::uint32_t> next_;        // of each point, in the list of its facet
   std::vector<std::uint32_t> facet_from_;  // of each corner of the border, the new facet that begins there
-  std::vector<std::uint32_t> pending_;
+  std::deque<std::uint32_t> pending_;
   std::uint32_t mark_ = 0;
   // Used within a step.
   std::vector<std::uint32_t> visible_, added_, orphans_;
