@@ -65,23 +65,6 @@ void add_candidate(const BoundedEntity& first, const BoundedEntity& second, doub
 
 }  // namespace
 
-bool is_convex(const TriangleMesh& mesh) {
-  const MeshTree tree(mesh);
-  if (!tree.closed()) return false;
-  const glm::dvec3 size_m = glm::dvec3(tree.bounds().maximum_m) - glm::dvec3(tree.bounds().minimum_m);
-  for (std::uint32_t triangle = 0; triangle < tree.triangle_count(); ++triangle) {
-    const glm::dvec3 outward = (tree.inside_out() ? -1.0 : 1.0) * tree.known_normal(triangle);
-    const glm::dvec3 in_plane_m = tree.corners(triangle)[0];
-    for (std::uint32_t other = 0; other < tree.triangle_count(); ++other) {
-      for (const glm::dvec3& corner_m : tree.corners(other)) {
-        const double height_m = glm::dot(outward, corner_m - in_plane_m);
-        if (height_m > convex_tolerance * glm::length(size_m)) return false;
-      }
-    }
-  }
-  return true;
-}
-
 PosedPair posed_pair(const World& world, EntityId first, EntityId second, WorldTime t) {
   const EntityState* of_first = world.find(first);
   const EntityState* of_second = world.find(second);

@@ -7,6 +7,8 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/oracle/convexity.hpp"
+
 namespace rtstdb::oracle {
 namespace {
 
@@ -63,12 +65,13 @@ MeshTree::MeshTree(const TriangleMesh& mesh)
   nodes_.emplace_back();
   build(0, 0, triangle_count(), centers);
   double six_volumes = 0.0;
+  const glm::dvec3 origin = corners(0)[0];
   for (std::uint32_t i = 0; i < triangle_count(); ++i) {
     const auto [a, b, c] = corners(i);
-    six_volumes += glm::dot(a, glm::cross(b, c));
+    six_volumes += glm::dot(a - origin, glm::cross(b - origin, c - origin));
   }
   inside_out_ = closed_ && six_volumes < 0.0;
-  convex_ = closed_ && are_corners_behind_planes();
+  convex_ = is_convex_surface(*this);
 }
 
 std::array<glm::dvec3, 3> MeshTree::corners(std::uint32_t triangle) const noexcept {
@@ -116,7 +119,6 @@ glm::dvec3 MeshTree::known_normal(std::uint32_t triangle) const noexcept {
   return rounding * longest / twice_area < convex_tolerance ? across / twice_area : glm::dvec3(0.0);
 }
 
-/// Whether a corner is more than `limit` in front of the plane through the point.
 bool MeshTree::has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const {
   std::vector<std::uint32_t> pending{0};
   while (!pending.empty()) {
@@ -137,16 +139,6 @@ bool MeshTree::has_corner_beyond(const glm::dvec3& point, const glm::dvec3& norm
     }
   }
   return false;
-}
-
-bool MeshTree::are_corners_behind_planes() const {
-  const double limit =
-      convex_tolerance * glm::length(glm::dvec3(bounds_.maximum_m) - glm::dvec3(bounds_.minimum_m));
-  for (std::uint32_t i = 0; i < triangle_count(); ++i) {
-    const glm::dvec3 normal = inside_out_ ? -known_normal(i) : known_normal(i);
-    if (normal != glm::dvec3(0.0) && has_corner_beyond(corners(i)[0], normal, limit)) return false;
-  }
-  return true;
 }
 
 bool MeshTree::meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept {

@@ -44,6 +44,9 @@ class MeshTree {
   /// that distance.
   glm::dvec3 known_normal(std::uint32_t triangle) const noexcept;
 
+  /// Whether a corner is more than `limit` in front of the plane through the point.
+  bool has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const;
+
   /// Calls visit(triangle) for every triangle whose box, enlarged by `grow` per axis, the ray meets within
   /// its range, and perhaps for others. The visitor may reduce ray.lambda_max.
   template <class Visit>
@@ -64,8 +67,6 @@ class MeshTree {
 
   void build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
              const std::vector<glm::dvec3>& centers);
-  bool has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const;
-  bool are_corners_behind_planes() const;
   static bool meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept;
   static double distance(const Node& node, const glm::dvec3& point, const glm::dvec3& scale) noexcept;
 

@@ -195,10 +195,8 @@ std::vector<BeamFraction> beam_fractions(const World& world, const Cone& cone, F
 
 // ---- contact
 
-/// Whether the mesh is closed (MeshTree::closed), and no corner is in front of the plane of any triangle by
-/// more than convex_tolerance of the diagonal of the mesh's box, or behind it for a mesh that is inside out.
-/// Planes that single precision does not determine (MeshTree::known_normal) are left out. Tests every corner
-/// against every triangle.
+/// Whether the mesh is closed (MeshTree::closed) and convex as GeometryInfo::convex defines it for meshes: see
+/// is_convex_surface (convexity.hpp).
 bool is_convex(const TriangleMesh& mesh);
 
 /// Distance or depth of two bodies, in double precision, relative to the origin of the first entity.
