@@ -194,14 +194,23 @@ class SurfaceCheck {
   double unknown_m3_ = 0.0;
 };
 
-double volume_m3(std::span<const glm::vec3> points_m, std::span<const glm::uvec3> triangles) {
-  const glm::dvec3 origin(points_m[0]);
-  double six_volumes = 0.0;
-  for (const glm::uvec3& t : triangles)
-    six_volumes +=
-        glm::dot(glm::dvec3(points_m[t.x]) - origin,
-                 glm::cross(glm::dvec3(points_m[t.y]) - origin, glm::dvec3(points_m[t.z]) - origin));
-  return six_volumes / 6.0;
+/// A signed volume with a bound of its rounding error.
+struct Volume {
+  double value_m3 = 0.0, rounding_m3 = 0.0;
+};
+
+Volume volume_of(std::span<const glm::vec3> points_m, std::span<const glm::uvec3> triangles) {
+  constexpr double unit = 1e-13;  // more than that of a sum of max_convex_triangles terms
+  const glm::dvec3 origin(points_m[triangles[0].x]);
+  Volume volume;
+  for (const glm::uvec3& t : triangles) {
+    const glm::dvec3 a = glm::dvec3(points_m[t.x]) - origin;
+    const glm::dvec3 b = glm::dvec3(points_m[t.y]) - origin;
+    const double part_m3 = glm::dot(a, glm::cross(b, glm::dvec3(points_m[t.z]) - origin)) / 6.0;
+    volume.value_m3 += part_m3;
+    volume.rounding_m3 += unit * std::abs(part_m3);
+  }
+  return volume;
 }
 
 // ---- faces
@@ -314,10 +323,11 @@ glm::dvec3 largest_normal(const WeldedMesh& mesh) {
 /// Whether the mesh, whose surface is near that of its hull, covers it. Its volume is near a multiple of the
 /// hull's then, and the multiple is zero if both sides of walls are its surface. The volume of a thin body
 /// may be less than its uncertainty: such a body has to cover the hull as seen along the least extent.
-bool covers_hull(const WeldedMesh& mesh, const HullTriangles& hull, double volume, double unknown_m3,
+bool covers_hull(const WeldedMesh& mesh, const HullTriangles& hull, const Volume& volume, double unknown_m3,
                  double allowed_m) {
-  if (std::abs(volume) > unknown_m3) return true;
-  if (volume_m3(mesh.points_m, hull.triangles) > 2.0 * unknown_m3) return false;
+  if (std::abs(volume.value_m3) > unknown_m3 + volume.rounding_m3) return true;
+  if (volume_of(mesh.points_m, hull.triangles).value_m3 > 2.0 * (unknown_m3 + volume.rounding_m3))
+    return false;
   const auto side = thin_side(hull, mesh.points_m, 16.0 * allowed_m);
   if (!side) return false;
   const auto flat = flat_hull(mesh.points_m, hull.planes[side->triangle].normal(), allowed_m);
@@ -336,9 +346,9 @@ std::optional<ConvexHull> hull_of_closed(const MeshView& mesh) {
     return flat_hull_of(made, hull->planes[side->triangle].normal(), allowed_m);
   SurfaceCheck check(made, *hull, allowed_m);
   if (!check.is_near_hull()) return std::nullopt;
-  const double volume = volume_m3(made.points_m, made.triangles);
+  const Volume volume = volume_of(made.points_m, made.triangles);
   if (!covers_hull(made, *hull, volume, check.unknown_m3(), allowed_m)) return std::nullopt;
-  return solid_hull_of(made, std::move(*hull), volume < 0.0);
+  return solid_hull_of(made, std::move(*hull), volume.value_m3 < 0.0);
 }
 
 }  // namespace

@@ -403,8 +403,8 @@ double ulp_m(std::span<const glm::vec3> points_m) {
   float largest_m = 0.0f;
   for (const glm::vec3& p_m : points_m)
     largest_m = std::max({largest_m, std::abs(p_m.x), std::abs(p_m.y), std::abs(p_m.z)});
-  return static_cast<double>(std::nextafter(largest_m, std::numeric_limits<float>::infinity())) -
-         static_cast<double>(largest_m);
+  const int exponent = std::max(largest_m > 0.0f ? std::ilogb(largest_m) : -126, -126);
+  return std::ldexp(1.0, exponent - 23);
 }
 
 std::optional<ThinSide> thin_side(const HullTriangles& hull, std::span<const glm::vec3> points_m,
