@@ -2,11 +2,14 @@
 
 #include "rtstdb/geometry/convex_hull.hpp"
 
+#include <glm/ext/vector_float2.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -162,6 +165,131 @@ TEST(ConvexParts, AreNoneIfAPieceIsNotConvexOrIsAHole) {
   for (int i = 0; i < 257; ++i)
     many = together(many, displaced(box, {2.0f * static_cast<float>(i), 0.0f, 0.0f}));
   EXPECT_TRUE(convex_parts_of(many).empty()) << "more than max_convex_parts";
+}
+
+/// An L, whose notch a box of 0.2 m has room in.
+TriangleMesh l_prism() {
+  const glm::vec2 corners[] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
+  TriangleMesh mesh;
+  for (const float z : {0.0f, 1.0f})
+    for (const glm::vec2& p : corners)
+      mesh.positions_m.emplace_back(p, z);
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const std::uint32_t k = (i + 1) % 6;
+    mesh.triangles.insert(mesh.triangles.end(), {{i, k, k + 6}, {i, k + 6, i + 6}});
+    if (i > 0 && i < 5) mesh.triangles.insert(mesh.triangles.end(), {{6, i + 6, i + 7}, {0, i + 1, i}});
+  }
+  return mesh;
+}
+
+TEST(ConvexHull, AnLIsNotConvexWhereverItIs) {
+  for (const float off_m : {0.0f, 1.0f, 60.0f, 1e3f, 1e4f, 9e4f})
+    EXPECT_FALSE(convex_hull_of(displaced(l_prism(), {off_m, 0.5f * off_m, 0.0f}))) << off_m;
+  EXPECT_FALSE(convex_hull_of(displaced(l_prism(), {60.0f, 0.0f, 0.0f})));
+}
+
+/// All corners are on the hull, and the surface is not.
+TEST(ConvexHull, ATwistedPrismIsNotConvex) {
+  const auto twisted = [](double turn_rad) {
+    TriangleMesh mesh;
+    for (const double z : {0.0, 1.0})
+      for (int i = 0; i < 5; ++i)
+        mesh.positions_m.emplace_back(std::cos(1.2566370614 * i + z * turn_rad),
+                                      std::sin(1.2566370614 * i + z * turn_rad), z);
+    for (std::uint32_t i = 0; i < 5; ++i) {
+      const std::uint32_t k = (i + 1) % 5;
+      mesh.triangles.insert(mesh.triangles.end(), {{i, k, k + 5}, {i, k + 5, i + 5}});
+      if (i > 0 && i < 4) mesh.triangles.insert(mesh.triangles.end(), {{5, i + 5, i + 6}, {0, i + 1, i}});
+    }
+    return convex_hull_of(mesh).has_value();
+  };
+  EXPECT_TRUE(twisted(0.0));
+  EXPECT_TRUE(twisted(-0.2)) << "its sides bulge";
+  EXPECT_TRUE(twisted(1e-6));
+  EXPECT_FALSE(twisted(1e-3));
+  EXPECT_FALSE(twisted(0.2));
+}
+
+/// The sides of boxes that face each other are inside the hull, and so is a hole.
+TEST(ConvexHull, FlatBodiesHaveNoHoleAndNoNotch) {
+  const auto flat = [](TriangleMesh mesh) {
+    for (std::size_t i = mesh.triangles.size(); i-- > 0;)
+      mesh.triangles.emplace_back(mesh.triangles[i].x, mesh.triangles[i].z, mesh.triangles[i].y);
+    return convex_hull_of(mesh).has_value();
+  };
+  TriangleMesh sheet = make_rectangle(2.0, 1.0);
+  for (int i = 0; i < 4; ++i)
+    sheet = subdivided(sheet);
+  EXPECT_TRUE(flat(sheet));
+  for (const std::size_t hole : {std::size_t{0}, std::size_t{100}, std::size_t{301}}) {
+    TriangleMesh holed = sheet;
+    holed.triangles.erase(holed.triangles.begin() + static_cast<std::ptrdiff_t>(hole));
+    EXPECT_FALSE(flat(holed)) << hole;
+  }
+  EXPECT_FALSE(flat(together(sheet, displaced(sheet, {2.01f, 0.0f, 0.0f})))) << "two sheets";
+  EXPECT_TRUE(flat(together(sheet, displaced(sheet, {2.0f, 0.0f, 0.0f})))) << "two that touch";
+}
+
+/// Rounding leaves few points of edges that are corners too.
+TEST(ConvexHull, OfTurnedBoxesHaveHardlyMoreThanEightCorners) {
+  std::mt19937_64 random(7331);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  TriangleMesh box = make_box({1.0, 2.0, 3.0});
+  for (int i = 0; i < 3; ++i)
+    box = subdivided(box);
+  int plain = 0;
+  for (int i = 0; i < 100; ++i) {
+    const glm::dquat q =
+        glm::normalize(glm::dquat(uniform(random), uniform(random), uniform(random), uniform(random)));
+    const glm::dvec3 by = std::pow(10.0, 2.0 * uniform(random)) * glm::dvec3(uniform(random), 1.0, 0.5);
+    TriangleMesh turned = box;
+    for (glm::vec3& p : turned.positions_m)
+      p = glm::vec3(by + q * glm::dvec3(p));
+    const Sizes sizes = sizes_of(turned);
+    EXPECT_GE(sizes.corners, 8u);
+    EXPECT_LE(sizes.corners, 10u);
+    plain += sizes == Sizes{8, 6} ? 1 : 0;
+  }
+  EXPECT_GT(plain, 90);
+}
+
+TEST(ConvexHull, BodiesOfManyCorners) {
+  EXPECT_EQ(sizes_of(make_sphere(1.0, 5)), (Sizes{10242, 20480}));
+  EXPECT_EQ(sizes_of(make_cylinder(1.0, 2.0, 256)), (Sizes{512, 258}));
+  // Far from the origin, precision merges faces of a cylinder, and its corners with them.
+  const auto far = convex_hull_of(displaced(make_cylinder(1.0, 2.0, 4096), {3000.0f, 0.0f, 0.0f}));
+  ASSERT_TRUE(far);
+  EXPECT_GT(far->corners_m.size(), 32u);
+  EXPECT_LT(far->corners_m.size(), 2048u);
+}
+
+/// Five and six corners, of which hulls that merge faces within a share of the diagonal lose some.
+TEST(ConvexHull, ThinHullsKeepTheirCorners) {
+  std::mt19937_64 random(7330);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (int i = 0; i < 2000; ++i) {
+    std::vector<glm::vec3> points_m;
+    const double thickness = std::pow(10.0, -2.0 + 2.0 * uniform(random));  // 10^-4 to 1
+    const glm::dquat q = glm::normalize(glm::dquat(uniform(random), uniform(random), uniform(random), 1.0));
+    for (int k = 0; k < 5 + i % 8; ++k) {
+      const double angle = 3.14159265 * uniform(random);
+      points_m.emplace_back(100.0 *
+                            (q * glm::dvec3(std::cos(angle), std::sin(angle), thickness * uniform(random))));
+    }
+    const auto mesh = make_hull(points_m);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    const auto hull = convex_hull_of(mesh.value());
+    ASSERT_TRUE(hull);
+    // Points on a cylinder are all corners, but for those that nearly coincide or are in one plane.
+    if (mesh.value().positions_m.size() != hull->corners_m.size()) {
+      for (const glm::vec3& p : mesh.value().positions_m) {
+        double nearest_m = 1e9;
+        for (const glm::vec3& kept : hull->corners_m)
+          nearest_m = std::min<double>(nearest_m, glm::distance(p, kept));
+        EXPECT_LT(nearest_m, 1.0) << "a corner that is missing is near another one";
+      }
+    }
+  }
 }
 
 /// A corner that is pushed in by ten times the tolerance is found, and one by a tenth of it is not.

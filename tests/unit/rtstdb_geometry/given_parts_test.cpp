@@ -2,9 +2,11 @@
 
 #include "rtstdb/geometry/given_parts.hpp"
 
+#include <glm/gtc/quaternion.hpp>
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <random>
 
 #include <rtstdb/limits.hpp>
 
@@ -56,7 +58,7 @@ TEST(GivenParts, WrongOnesAreRefusedWithTheirValues) {
   flat.parts_m[1].resize(4);
   for (glm::vec3& p : flat.parts_m[1])
     p.z = 0.0f;
-  flat.expect_refused("convex part 1 has 4 points that span no volume");
+  flat.expect_refused("convex part 1 has 4 points that span no volume: they are 0 m thick, and at least ");
   Halves few;
   few.parts_m[0].resize(3);
   few.expect_refused("convex part 0 has 3 points");
@@ -80,6 +82,61 @@ TEST(GivenParts, WrongOnesAreRefusedWithTheirValues) {
   Halves large;
   large.parts_m[0].resize(max_convex_part_points + 1);
   large.expect_refused("1025 points");
+}
+
+/// A mesh and its own corners, in any order and more than once, as its only part.
+void expect_accepted(const TriangleMesh& mesh, std::size_t corners) {
+  ConvexPartPoints parts_m{mesh.positions_m};
+  parts_m[0].insert(parts_m[0].end(), mesh.positions_m.rbegin(), mesh.positions_m.rend());
+  const auto parts = given_convex_parts(mesh, parts_m);
+  ASSERT_TRUE(parts) << parts.error().message;
+  EXPECT_EQ(parts.value()[0].corners_m.size(), corners);
+  const auto recovered = recovered_convex_parts(mesh, parts_m);
+  EXPECT_EQ(recovered.at(0).corners_m, parts.value()[0].corners_m);
+  EXPECT_EQ(recovered.at(0).face_triangles, parts.value()[0].face_triangles);
+}
+
+TEST(GivenParts, WhatHasAHullIsAccepted) {
+  std::mt19937_64 random(7320);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 300; ++i) {
+    const glm::dquat q =
+        glm::normalize(glm::dquat(normal(random), normal(random), normal(random), normal(random)));
+    SCOPED_TRACE(i);
+    // Cubes, rods of 4 m by 3 mm, plates of 1 mm.
+    TriangleMesh mesh = i % 3 == 0   ? make_box({1.0, 1.0, 1.0})
+                        : i % 3 == 1 ? make_box({4.0, 3e-3, 3e-3})
+                                     : make_box({1.0, 2.0, 1e-3});
+    for (glm::vec3& p : mesh.positions_m)
+      p = glm::vec3(q * glm::dvec3(p));
+    expect_accepted(mesh, 8);
+  }
+  const TriangleMesh sphere = make_sphere(1.0, 1);
+  expect_accepted(sphere, 42);
+}
+
+/// A log may hold what is refused now: points of less thickness, and parts that do not fit the mesh.
+TEST(GivenParts, OfALogAreNeverRefused) {
+  Halves thin;
+  thin.mesh = make_box({1.0, 1.0, 0.01});
+  for (glm::vec3& p : thin.mesh.positions_m)
+    p += glm::vec3(9e4f, 0.0f, 0.0f);
+  thin.parts_m = {thin.mesh.positions_m};
+  thin.expect_refused("convex part 0 has 8 points that span no volume");
+  const auto hulls = recovered_convex_parts(thin.mesh, thin.parts_m);
+  ASSERT_EQ(hulls.size(), 1u);
+  EXPECT_EQ(hulls[0].faces.size(), 2u) << "a flat hull";
+  EXPECT_EQ(hulls[0].corners_m.size(), 4u);
+  Halves other;
+  other.parts_m.pop_back();
+  other.expect_refused("outside all convex parts");
+  EXPECT_EQ(recovered_convex_parts(other.mesh, other.parts_m).size(), 1u);
+  Halves line;
+  line.parts_m = {{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.5f, 0.0f, 0.0f}, {0.25f, 0.0f, 0.0f}}};
+  line.expect_refused("span no volume");
+  const auto of_mesh = recovered_convex_parts(line.mesh, line.parts_m);
+  ASSERT_EQ(of_mesh.size(), 1u);
+  EXPECT_EQ(of_mesh[0].corners_m.size(), 8u) << "the hull of the mesh";
 }
 
 /// The corners of the mesh lie in the parts, and those of the parts on the mesh.
