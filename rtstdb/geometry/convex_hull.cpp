@@ -152,8 +152,8 @@ class SurfaceCheck {
   SurfaceCheck(const WeldedMesh& mesh, const HullTriangles& hull, double allowed_m)
       : mesh_(mesh), hull_(hull), allowed_m_(allowed_m), edges_(hull.triangles) {}
 
-  /// Whether every point of the surface is near that of the hull. It tells also how far the volume of the mesh
-  /// may be from a multiple of the hull's.
+  /// Whether every point of the surface is near that of the hull. It tells also how far the volume of the
+  /// mesh may be from a multiple of the hull's.
   bool is_near_hull() {
     for (const glm::uvec3& triangle : mesh_.triangles) {
       const auto depth_m = depth_of(triangle);
@@ -170,7 +170,7 @@ class SurfaceCheck {
  private:
   /// How deep the triangle's deepest point lies, at most; empty: too deep.
   std::optional<double> depth_of(const glm::uvec3& triangle) {
-    double least_m = std::numeric_limits<double>::infinity();
+    double min_m = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i) {
       const std::uint32_t a = triangle[i], b = triangle[(i + 1) % 3];
       for (const auto& beside : {edges_.find(a, b), edges_.find(b, a)}) {
@@ -178,10 +178,10 @@ class SurfaceCheck {
         double deepest_m = 0.0;
         for (int k = 0; k < 3; ++k)
           deepest_m = std::max(deepest_m, -hull_.planes[*beside].height_m(mesh_.at(triangle[k])));
-        least_m = std::min(least_m, deepest_m);
+        min_m = std::min(min_m, deepest_m);
       }
     }
-    if (least_m <= allowed_m_) return least_m;
+    if (min_m <= allowed_m_) return min_m;
     if (!depths_) depths_.emplace(hull_, mesh_.points_m);
     return depths_->depth_within(mesh_.corners(triangle), allowed_m_);
   }

@@ -45,10 +45,10 @@ void add_between(const std::vector<glm::dvec2>& at, std::uint32_t from, std::uin
                  std::vector<std::uint32_t>& loop) {
   const double length_m = glm::length(at[to] - at[from]);
   std::uint32_t farthest = from;
-  double most_m = tolerance_m;
+  double max_m = tolerance_m;
   for (const std::uint32_t point : outside) {
     const double height_m = -cross(at[to] - at[from], at[point] - at[from]) / length_m;
-    if (height_m > most_m) most_m = height_m, farthest = point;
+    if (height_m > max_m) max_m = height_m, farthest = point;
   }
   if (farthest == from) return;
   std::vector<std::uint32_t> before, after;

@@ -14,13 +14,14 @@
 namespace rtstdb {
 namespace {
 
-/// Quickhull (Barber, Dobkin, Huhdanpaa, "The Quickhull Algorithm for Convex Hulls", 1996). Each point outside
-/// the hull belongs to a facet that it is in front of. The farthest point of a facet becomes a corner: the
-/// facets that it is in front of are replaced by new ones, from their border to the point. All signs are
-/// exact, and a point in the plane of a facet is not in front of it, so the facets that a point is in front of
-/// are connected, their border is one loop, and no facet is without an area. A point that is in front of none
-/// of the new facets is inside the new hull: if it is in front of another facet, and of the one it belonged
-/// to, it is in front of two facets beside each other of which one is replaced, hence of the new one there.
+/// Quickhull (Barber, Dobkin, Huhdanpaa, "The Quickhull Algorithm for Convex Hulls", 1996). Each point
+/// outside the hull belongs to a facet that it is in front of. The farthest point of a facet becomes a
+/// corner: the facets that it is in front of are replaced by new ones, from their border to the point. All
+/// signs are exact, and a point in the plane of a facet is not in front of it, so the facets that a point is
+/// in front of are connected, their border is one loop, and no facet is without an area. A point that is in
+/// front of none of the new facets is inside the new hull: if it is in front of another facet, and of the one
+/// it belonged to, it is in front of two facets beside each other of which one is replaced, hence of the new
+/// one there.
 class Quickhull {
  public:
   Quickhull(std::span<const glm::vec3> points_m, double tolerance_m)
@@ -74,10 +75,10 @@ class Quickhull {
   template <class Measure>
   std::uint32_t farthest_by(Measure&& measure) const {
     std::uint32_t best = 0;
-    double most = -std::numeric_limits<double>::infinity();
+    double max_value = -std::numeric_limits<double>::infinity();
     for (std::uint32_t i = 0; i < points_m_.size(); ++i) {
       const double value = measure(i);
-      if (value > most) best = i, most = value;
+      if (value > max_value) best = i, max_value = value;
     }
     return best;
   }

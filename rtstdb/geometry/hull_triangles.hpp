@@ -42,8 +42,8 @@ struct ThinSide {
   double extent_m = 0.0;
 };
 
-/// Whether a hull is thin: a triangle along whose normal its extent is below the limit. The least extent along
-/// normals of triangles is at least the hull's least width, and at most three times that. Takes time in
+/// Whether a hull is thin: a triangle along whose normal its extent is below the limit. The least extent
+/// along normals of triangles is at least the hull's least width, and at most three times that. Takes time in
 /// proportion to the number of triangles, if the hull is not nearly that thin.
 std::optional<ThinSide> thin_side(const HullTriangles& hull, std::span<const glm::vec3> points_m,
                                   double limit_m);

@@ -1,7 +1,8 @@
 #pragma once
 // On which side of a plane a point lies, without rounding errors. Most signs follow from an evaluation in
 // double precision with a bound of its error; the others from exact arithmetic with sums of doubles.
-// Source: Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997.
+// Source: Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates",
+// 1997.
 //
 // Pure functions: any thread, no allocation. All coordinates are finite.
 

@@ -31,10 +31,10 @@ struct Support {
 
 /// How far the lowest corner of a triangle is below the support.
 double lowest_m(const Support& support, const Triangle& triangle) {
-  double most_m = -std::numeric_limits<double>::infinity();
+  double max_m = -std::numeric_limits<double>::infinity();
   for (const glm::dvec3& p : triangle)
-    most_m = std::max(most_m, support.reach_m - glm::dot(support.direction, p));
-  return most_m;
+    max_m = std::max(max_m, support.reach_m - glm::dot(support.direction, p));
+  return max_m;
 }
 
 class ConvexityTest {
@@ -80,10 +80,10 @@ class ConvexityTest {
 
  private:
   double reach_m(const glm::dvec3& direction) const {
-    double most_m = -std::numeric_limits<double>::infinity();
+    double max_m = -std::numeric_limits<double>::infinity();
     for (const glm::dvec3& p : corners_m_)
-      most_m = std::max(most_m, glm::dot(direction, p));
-    return most_m;
+      max_m = std::max(max_m, glm::dot(direction, p));
+    return max_m;
   }
 
   void add_support(const glm::dvec3& across) {

@@ -11,8 +11,8 @@ namespace rtstdb::oracle {
 
 /// Whether every point of the closed surface is within the tolerance (convex_tolerance, hull_tolerance_ulp)
 /// of the surface of the hull of its corners, and the surface covers that of the hull. Meshes of up to
-/// max_exact_corners corners are decided with the planes through any three corners; of larger ones, a triangle
-/// counts as near the surface only if it is so along the normal of a triangle of the mesh.
+/// max_exact_corners corners are decided with the planes through any three corners; of larger ones, a
+/// triangle counts as near the surface only if it is so along the normal of a triangle of the mesh.
 bool is_convex_surface(const MeshTree& mesh);
 
 inline constexpr std::size_t max_exact_corners = 24;

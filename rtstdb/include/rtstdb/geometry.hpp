@@ -100,8 +100,8 @@ struct GeometryInfo {
   /// another one consists of convex parts if each piece of its mesh (triangles that share corners by index)
   /// is convex, up to max_convex_parts of them. 0: contact and impact queries search its triangles.
   std::uint32_t convex_parts = 0;
-  /// Of all parts, without corners that are inside faces or edges, up to hull_tolerance_ulp. Of a solid with a
-  /// curved surface: its core's corners, and the polygons that stand for its flat faces.
+  /// Of all parts, without corners that are inside faces or edges, up to hull_tolerance_ulp. Of a solid with
+  /// a curved surface: its core's corners, and the polygons that stand for its flat faces.
   std::uint32_t hull_corners = 0, hull_faces = 0;
 };
 
@@ -170,9 +170,9 @@ TriangleMesh make_cylinder(double radius_m, double height_m, std::uint32_t segme
 /// A subdivided icosahedron whose corners lie on the sphere. 20 * 4^subdivisions triangles; at most 10
 /// subdivisions.
 TriangleMesh make_sphere(double radius_m, std::uint32_t subdivisions = 3);
-/// The convex hull of a set of points in any order, with repetitions or not. Its positions are the n corners of
-/// the hull, where they are, in the order of the points: none lies inside a face or an edge. At most 2n - 4
-/// triangles; none has a corner in front of it or is without an area, exactly and not up to rounding. Time:
+/// The convex hull of a set of points in any order, with repetitions or not. Its positions are the n corners
+/// of the hull, where they are, in the order of the points: none lies inside a face or an edge. At most 2n -
+/// 4 triangles; none has a corner in front of it or is without an area, exactly and not up to rounding. Time:
 /// usually in proportion to the number of points times its logarithm.
 /// Errors: bad_input for a coordinate that is not finite, for fewer than four points, and for a set that is
 /// thinner than hull_tolerance_ulp (limits.hpp): its thickness is the least extent along the normal of a

@@ -76,8 +76,8 @@ inline constexpr std::uint32_t max_fixed_lights = 16;
 /// A closed mesh is convex if every point of its surface is within this share of the diagonal of its box, or
 /// within hull_tolerance_ulp, of the surface of the hull of its corners.
 inline constexpr double convex_tolerance = 1e-5;
-/// In units in the last place of single precision (ulp) of a body's largest coordinate: the least thickness of
-/// a hull, and the distance up to which corners of a mesh may be left out of its hull.
+/// In units in the last place of single precision (ulp) of a body's largest coordinate: the least thickness
+/// of a hull, and the distance up to which corners of a mesh may be left out of its hull.
 inline constexpr double hull_tolerance_ulp = 4.0;
 inline constexpr std::uint32_t max_convex_parts = 256;  ///< GeometryInfo::convex_parts
 /// Larger meshes are not examined: they have no convex parts.

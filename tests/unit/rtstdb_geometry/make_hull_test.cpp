@@ -46,20 +46,25 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// The sign of the determinant for coordinates that are multiples of 2^-30 and below 2 in size.
-int exact_side(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d, int shift) {
-  const auto offset = [&](const glm::vec3& p, int axis) {
-    return static_cast<Wide>(std::ldexp(static_cast<double>(p[axis]), shift)) -
-           static_cast<Wide>(std::ldexp(static_cast<double>(a[axis]), shift));
+using Grid = std::array<std::int64_t, 3>;
+
+/// Coordinates that are multiples of 2^-shift, as integers.
+std::vector<Grid> on_grid(const Points& points_m, int shift) {
+  std::vector<Grid> grid;
+  for (const glm::vec3& p : points_m)
+    grid.push_back({std::llround(std::ldexp(static_cast<double>(p.x), shift)),
+                    std::llround(std::ldexp(static_cast<double>(p.y), shift)),
+                    std::llround(std::ldexp(static_cast<double>(p.z), shift))});
+  return grid;
+}
+
+/// The sign of the determinant for coordinates below 2^31.
+int exact_side(const Grid& a, const Grid& b, const Grid& c, const Grid& d) {
+  const auto offset = [&](const Grid& p, std::size_t axis) { return static_cast<Wide>(p[axis] - a[axis]); };
+  const auto cross = [&](std::size_t y, std::size_t z) {
+    return offset(b, y) * offset(c, z) - offset(b, z) * offset(c, y);
   };
-  Wide u[3], v[3], w[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    u[axis] = offset(b, axis);
-    v[axis] = offset(c, axis);
-    w[axis] = offset(d, axis);
-  }
-  const Wide product = (u[1] * v[2] - u[2] * v[1]) * w[0] + (u[2] * v[0] - u[0] * v[2]) * w[1] +
-                       (u[0] * v[1] - u[1] * v[0]) * w[2];
+  const Wide product = cross(1, 2) * offset(d, 0) + cross(2, 0) * offset(d, 1) + cross(0, 1) * offset(d, 2);
   return product > 0 ? 1 : product < 0 ? -1 : 0;
 }
 
@@ -209,6 +214,8 @@ void expect_hull(const TriangleMesh& mesh, const PointSet& set) {
     ASSERT_EQ(count, 1);
     ASSERT_EQ(edges.count({edge.second, edge.first}), 1u) << "open";
   }
+  const std::vector<Grid> at = on_grid(mesh.positions_m, set.shift);
+  const std::vector<Grid> all = on_grid(set.points_m, set.shift);
   std::set<std::tuple<float, float, float>> given, corners;
   for (const glm::vec3& p : set.points_m)
     given.emplace(p.x, p.y, p.z);
@@ -221,13 +228,13 @@ void expect_hull(const TriangleMesh& mesh, const PointSet& set) {
   for (const glm::uvec3& t : mesh.triangles) {
     const glm::vec3 a = mesh.positions_m[t.x], b = mesh.positions_m[t.y], c = mesh.positions_m[t.z];
     ASSERT_NE(glm::cross(glm::dvec3(b) - glm::dvec3(a), glm::dvec3(c) - glm::dvec3(a)), glm::dvec3(0.0));
-    for (const glm::vec3& p : set.points_m)
-      ASSERT_LE(exact_side(a, b, c, p, set.shift), 0);
+    for (const Grid& p : all)
+      ASSERT_LE(exact_side(at[t.x], at[t.y], at[t.z], p), 0);
     for (int i = 0; i < 3; ++i) {
       auto& planes = around[t[i]];
       const bool is_new = std::ranges::none_of(planes, [&](const glm::uvec3& other) {
         for (int k = 0; k < 3; ++k)
-          if (exact_side(a, b, c, mesh.positions_m[other[k]], set.shift) != 0) return false;
+          if (exact_side(at[t.x], at[t.y], at[t.z], at[other[k]]) != 0) return false;
         return true;
       });
       if (is_new) planes.push_back(t);
@@ -280,7 +287,8 @@ TEST(MakeHull, SignsAreExact) {
                                                glm::round(64.0 * c) / 64.0, glm::round(64.0 * d) / 64.0},
                                               1);
     const auto& p = set.points_m;
-    const int expected = exact_side(p[0], p[1], p[2], p[3], set.shift);
+    const std::vector<Grid> at = on_grid(p, set.shift);
+    const int expected = exact_side(at[0], at[1], at[2], at[3]);
     ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), expected) << i << " of seed " << seed;
     ASSERT_EQ(orientation(p[1], p[0], p[2], p[3]), -expected);
     coplanar += expected == 0 ? 1 : 0;

@@ -151,7 +151,7 @@ TEST(ContactRandom, HullsOfAHundredCorners) {
 
 // ---- convex meshes
 
-TEST(ConvexMesh, IsClosedWithAllCornersBehindAllPlanes) {
+TEST(ConvexMesh, IsClosedWithItsSurfaceOnTheHull) {
   const auto expect = [](const TriangleMesh& mesh, bool convex, const char* name) {
     EXPECT_EQ(is_convex(mesh), convex) << name;
     EXPECT_EQ(MeshTree(mesh).convex(), convex) << name;
@@ -245,21 +245,6 @@ TEST(ConvexMesh, MayHaveSlivers) {
   const PairTruth truth = truth_of(two_bodies(with_sliver(0x1p-22f), make_box({2, 2, 2}), {1.5, 0.3, 0.2}));
   EXPECT_NEAR(truth.distance_m, -0.5, 1e-6);
   EXPECT_NEAR(truth.noise_m, 1e-4 * std::sqrt(12.0), 1e-5);
-}
-
-TEST(ConvexMesh, OfTheTreeIsThatOfTheMesh) {
-  Random random(917);
-  int convex = 0;
-  for (int i = 0; i < 200; ++i) {
-    TriangleMesh mesh = test::make_random_hull(random.engine(), static_cast<std::uint32_t>(4 + i % 60),
-                                               {random.magnitude(0.1, 10), 1.0, random.magnitude(0.1, 10)});
-    if (i % 2 == 1) mesh.positions_m[static_cast<std::size_t>(i % 4)] *= 1.0 - random.magnitude(1e-7, 1.0);
-    const bool expected = is_convex(mesh);
-    ASSERT_EQ(MeshTree(mesh).convex(), expected) << i;
-    ASSERT_TRUE(expected || i % 2 == 1) << i;
-    convex += expected;
-  }
-  EXPECT_LT(convex, 190);
 }
 
 // ---- candidates

@@ -277,10 +277,10 @@ TEST(Convexity, HullsKeepTheirCorners) {
     // Along any direction the corners that remain reach as far as those of the mesh.
     const auto reach_m = [](const std::vector<glm::vec3>& points_m, const glm::dvec3& n,
                             const glm::vec3& from) {
-      double most_m = -1e300;
+      double max_m = -1e300;
       for (const glm::vec3& p : points_m)
-        most_m = std::max(most_m, glm::dot(n, glm::dvec3(p) - glm::dvec3(from)));
-      return most_m;
+        max_m = std::max(max_m, glm::dot(n, glm::dvec3(p) - glm::dvec3(from)));
+      return max_m;
     };
     const glm::vec3 from = mesh.positions_m[0];
     const auto expect_reach = [&](const glm::dvec3& n) {
