@@ -6,6 +6,11 @@ target_compile_options(hil_compile_options INTERFACE
   -Woverloaded-virtual -Wimplicit-fallthrough -Wdouble-promotion
   # One arithmetic on every machine: no fused multiply-add behind the source's back.
   -ffp-contract=off)
+if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+  # GCC 12 treats the conversion of a pair of doubles to float and back as the identity, so remainders of
+  # single precision become zero.
+  target_compile_options(hil_compile_options INTERFACE -fno-tree-slp-vectorize)
+endif()
 
 option(HIL_COMPILE_TOGETHER "compile what most sources include once, and several sources as one" OFF)
 set(HIL_SANITIZE "" CACHE STRING "sanitizers, comma separated: address,undefined or thread")
