@@ -15,17 +15,6 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// A unit in the last place of single precision, relative to a coordinate.
-constexpr double single_precision_unit = 1.0 / 8388608.0;
-
-double pair_noise_m(const ConvexBody& first, const ConvexBody& second, double distance_m) {
-  const ConvexBody& larger = first.diagonal_m >= second.diagonal_m ? first : second;
-  const double stated_m =
-      std::max(1e-4 * std::min(first.diagonal_m, second.diagonal_m),
-               4.0 * single_precision_unit * std::max(larger.largest_coordinate_m, std::abs(distance_m)));
-  return stated_m + first.bulge_m + second.bulge_m;
-}
-
 /// An entity of a search, with its bounds.
 struct BoundedEntity {
   EntityId id;
@@ -97,27 +86,22 @@ PairTruth pair_truth(const PosedPair& pair) {
   const ConvexBody& first = pair.first_body;
   const ConvexBody& second = pair.second_body;
   const AxisGap gap = largest_gap(first, second);
-  PairTruth truth;
-  truth.distance_m = gap.gap_m;
-  truth.n_world = gap.axis;
+  PairTruth truth{.distance_m = gap.gap_m,
+                  .n_world = gap.axis,
+                  .unit_m = first.diagonal_m >= second.diagonal_m ? first.unit_m : second.unit_m};
   if (gap.gap_m > 0.0) {
     const BodyDistance apart = surface_distance(first, second);
     truth.distance_m = apart.distance_m;
     truth.p_first_m = apart.p_first_m;
     truth.p_second_m = apart.p_second_m;
     // The direction of a segment that is shorter than its rounding errors is not known.
-    const double rounding_m = 1e-10 * (first.largest_coordinate_m + second.largest_coordinate_m);
+    const double rounding_m = 1e-12 * (first.diagonal_m + second.diagonal_m);
     if (apart.distance_m > rounding_m)
       truth.n_world = (apart.p_first_m - apart.p_second_m) / apart.distance_m;
   }
-  truth.noise_m = pair_noise_m(first, second, truth.distance_m);
-  // Moving both bodies by noise_m turns a segment by at most 2 noise_m / distance_m.
-  if (truth.distance_m > 0.0)
-    truth.normal_is_unique = contact_angle_tolerance_rad * truth.distance_m > 2.0 * truth.noise_m;
-  else
-    truth.normal_is_unique = -truth.distance_m > truth.noise_m &&
-                             !has_other_axis(first, second, truth.n_world, contact_angle_tolerance_rad,
-                                             truth.distance_m - truth.depth_tolerance_m());
+  constexpr double distance_units = 8.0 * 0x1p-23;
+  truth.noise_m = std::max({contact_precision * std::min(first.diagonal_m, second.diagonal_m),
+                            8.0 * truth.unit_m, distance_units * truth.distance_m});
   return truth;
 }
 

@@ -24,11 +24,12 @@ PosedPair posed_parts(const World& world, EntityId first, std::uint32_t first_pa
                       std::uint32_t second_part, WorldTime t);
 
 /// Judge a property of an answered pair. Of one contact point, whose normal has to be that of `answer`.
-/// judge_status: too_close where the distance is within its noise of the border between two statuses.
+/// judge_direction: the gap along n is not below `at_least_m`. judge_status: too_close where the distance is
+/// within its noise of the border between two statuses.
 Judgement judge_status(const PairTruth& truth, const ContactSearch& search, const ContactPair& answer);
 Judgement judge_undecided(const PairTruth& truth, const ContactPair& answer);
 Judgement judge_distance(const PairTruth& truth, const ContactPair& answer);
-Judgement judge_direction(const PosedPair& pair, const PairTruth& truth, const glm::dvec3& n);
+Judgement judge_direction(const PosedPair& pair, const glm::dvec3& n, double at_least_m);
 Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const ContactPair& answer,
                         const ContactPoint& point);
 Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, const ContactPoint& point,

@@ -39,42 +39,46 @@ Judgement judge_status(const PairTruth& truth, const ContactSearch& search, cons
                 to_string(answer.status), truth.distance_m);
 }
 
-Judgement judge_undecided(const PairTruth& truth, const ContactPair& answer) {
+namespace {
+
+/// Empty: the bounds contain the truth and the distance.
+Judgement judge_bounds(const PairTruth& truth, const ContactPair& answer) {
   const auto min_m = static_cast<double>(answer.min_distance_m);
   const auto max_m = static_cast<double>(answer.max_distance_m);
-  if (!(min_m <= truth.distance_m + truth.noise_m && max_m >= truth.distance_m - truth.noise_m &&
-        min_m <= max_m && answer.distance_m >= answer.min_distance_m &&
-        answer.distance_m <= answer.max_distance_m))
-    return judged(Verdict::differs, "undecided from %.9g to %.9g m, %.9g m, where it is %.9g m", min_m, max_m,
-                  static_cast<double>(answer.distance_m), truth.distance_m);
+  // Rounding of the oracle's double precision.
+  const double rounding_m = 1e-6 * truth.unit_m + 1e-12 * std::abs(truth.distance_m);
+  if (min_m <= truth.distance_m + rounding_m && max_m >= truth.distance_m - rounding_m &&
+      answer.distance_m >= answer.min_distance_m && answer.distance_m <= answer.max_distance_m)
+    return {};
+  return judged(Verdict::differs, "bounds from %.9g to %.9g m with %.9g m, where it is %.9g m", min_m, max_m,
+                static_cast<double>(answer.distance_m), truth.distance_m);
+}
+
+}  // namespace
+
+Judgement judge_undecided(const PairTruth& truth, const ContactPair& answer) {
+  if (Judgement bounds = judge_bounds(truth, answer); bounds.verdict != Verdict::agrees) return bounds;
   if (answer.n_world != glm::vec3(0.0f)) return judged(Verdict::differs, "undecided with a normal");
-  return judged(Verdict::too_close, "undecided from %.9g to %.9g m", min_m, max_m);
+  return judged(Verdict::too_close, "undecided from %.9g to %.9g m",
+                static_cast<double>(answer.min_distance_m), static_cast<double>(answer.max_distance_m));
 }
 
 Judgement judge_distance(const PairTruth& truth, const ContactPair& answer) {
-  const auto distance_m = static_cast<double>(answer.distance_m);
-  if (!(std::abs(distance_m - truth.distance_m) <= truth.depth_tolerance_m()))
-    return judged(Verdict::differs, "distance %.9g m instead of %.9g m", distance_m, truth.distance_m);
-  for (const float bound_m : {answer.min_distance_m, answer.max_distance_m})
-    if (!(std::abs(static_cast<double>(bound_m) - distance_m) <= truth.depth_tolerance_m()))
-      return judged(Verdict::differs, "a bound of %.9g m of a distance of %.9g m",
-                    static_cast<double>(bound_m), distance_m);
-  return {};
+  if (Judgement bounds = judge_bounds(truth, answer); bounds.verdict != Verdict::agrees) return bounds;
+  const double apart_m =
+      static_cast<double>(answer.max_distance_m) - static_cast<double>(answer.min_distance_m);
+  if (apart_m <= truth.depth_tolerance_m()) return {};
+  return judged(Verdict::differs, "bounds that are %.9g m apart, where %.9g m are allowed", apart_m,
+                truth.depth_tolerance_m());
 }
 
-Judgement judge_direction(const PosedPair& pair, const PairTruth& truth, const glm::dvec3& n) {
+Judgement judge_direction(const PosedPair& pair, const glm::dvec3& n, double at_least_m) {
   if (!(std::abs(glm::length(n) - 1.0) <= 1e-5))
     return judged(Verdict::differs, "a normal of length %.9g", glm::length(n));
-  const double off_rad = std::atan2(glm::length(glm::cross(n, truth.n_world)), glm::dot(n, truth.n_world));
-  const double noise_rad =
-      truth.distance_m > 2.0 * truth.noise_m ? std::asin(2.0 * truth.noise_m / truth.distance_m) : 0.0;
-  if (off_rad <= std::max(contact_angle_tolerance_rad, noise_rad)) return {};
-  const double floor_m = truth.distance_m - truth.depth_tolerance_m();
-  if (!truth.normal_is_unique && has_axis_near(pair.first_body, pair.second_body, glm::normalize(n),
-                                               contact_angle_tolerance_rad, floor_m))
-    return {};
-  return judged(Verdict::differs, "normal (%.6g, %.6g, %.6g) instead of (%.6g, %.6g, %.6g), %.3g rad off",
-                n.x, n.y, n.z, truth.n_world.x, truth.n_world.y, truth.n_world.z, off_rad);
+  const double gap_m = gap_along_m(pair.first_body, pair.second_body, glm::normalize(n));
+  if (gap_m >= at_least_m) return {};
+  return judged(Verdict::differs, "a gap of %.9g m along the normal (%.6g, %.6g, %.6g), where it is %.9g m",
+                gap_m, n.x, n.y, n.z, at_least_m);
 }
 
 Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, const ContactPoint& point,
@@ -183,7 +187,8 @@ Judgement judge_pair(const PosedPair& pair, const PairTruth& truth, const Contac
   if (status.verdict == Verdict::differs) return status;
   if (Judgement judgement = judge_distance(truth, answer); judgement.verdict != Verdict::agrees)
     return judgement;
-  if (Judgement judgement = judge_direction(pair, truth, glm::dvec3(answer.n_world));
+  const double gap_m = static_cast<double>(answer.min_distance_m) - 4.0 * truth.unit_m;
+  if (Judgement judgement = judge_direction(pair, glm::dvec3(answer.n_world), gap_m);
       judgement.verdict != Verdict::agrees)
     return judgement;
   if (Judgement judgement = judge_points(pair, truth, answer); judgement.verdict != Verdict::agrees)

@@ -28,7 +28,8 @@ Judgement judge_point(std::span<const JudgedParts> all, const ContactPoint& answ
     of_parts.n_world = point.n_world;
     last = judge_contact(parts.pair, parts.truth, of_parts, point);
     if (last.verdict == Verdict::agrees)
-      last = judge_direction(parts.pair, parts.truth, glm::dvec3(point.n_world));
+      last = judge_direction(parts.pair, glm::dvec3(point.n_world),
+                             parts.truth.distance_m - parts.truth.depth_tolerance_m());
     if (last.verdict == Verdict::agrees) return {};
   }
   return last;
@@ -40,7 +41,11 @@ Judgement judge_parts(std::span<const JudgedParts> parts, const ContactSearch& s
                       const ContactPair& answer) {
   const JudgedParts& nearest =
       *std::ranges::min_element(parts, {}, [](const JudgedParts& one) { return one.truth.distance_m; });
-  const PairTruth& truth = nearest.truth;
+  PairTruth truth = nearest.truth;
+  // The bounds may be those of parts that are nearly as near.
+  for (const JudgedParts& one : parts)
+    if (one.truth.distance_m <= truth.distance_m + one.truth.depth_tolerance_m())
+      truth.noise_m = std::max(truth.noise_m, one.truth.noise_m);
   if (answer.status == PairStatus::undecided) return judge_undecided(truth, answer);
   Judgement status = judge_status(truth, search, answer);
   if (status.verdict == Verdict::differs) return status;
@@ -48,7 +53,8 @@ Judgement judge_parts(std::span<const JudgedParts> parts, const ContactSearch& s
     return distance;
   const bool is_right_normal = std::ranges::any_of(parts, [&](const JudgedParts& one) {
     return one.truth.distance_m <= truth.distance_m + truth.depth_tolerance_m() + one.truth.noise_m &&
-           judge_direction(one.pair, one.truth, glm::dvec3(answer.n_world)).verdict == Verdict::agrees;
+           judge_direction(one.pair, glm::dvec3(answer.n_world), truth.distance_m - truth.depth_tolerance_m())
+                   .verdict == Verdict::agrees;
   });
   if (!is_right_normal)
     return judged(Verdict::differs, "a normal that is right for none of the nearest parts");

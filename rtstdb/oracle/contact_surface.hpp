@@ -61,6 +61,9 @@ struct SurfaceTruth {
 SurfaceTruth surface_truth(const SurfacePair& pair);
 SurfaceTruth surface_truth(const World& world, EntityId first, EntityId second, WorldTime t);
 
+/// 1 degree: the error that the normal of a separate pair of surfaces may have.
+inline constexpr double contact_surface_angle_rad = 0.017453292519943295;
+
 /// Judges one listed pair of surfaces. The answer is right if all of this holds:
 ///     status    right. Too close: the distance is within noise_m of the border to another status, or the
 ///               bodies are no certain contact.
@@ -70,7 +73,7 @@ SurfaceTruth surface_truth(const World& world, EntityId first, EntityId second, 
 ///               Its bounds contain it and are within these tolerances of it.
 ///     normal    of unit length; that of the first point. Of a separate pair, a translation of the first body
 ///               by the distance against it makes the bodies touch, within noise_m and
-///               contact_angle_tolerance_rad of the distance.
+///               contact_surface_angle_rad of the distance.
 ///     points    1 to 4, none if the pair is separate. Half its depth before and behind each point, along
 ///               its normal, are the two named triangles, within noise_m. One of these two places is a point
 ///               of one surface to which the other surface is not nearer than the depth, by more than

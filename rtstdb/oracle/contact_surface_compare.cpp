@@ -88,7 +88,7 @@ Judgement judge_separate_normal(const SurfacePair& pair, const SurfaceTruth& tru
     return judged(Verdict::differs, "a normal of length %.9g", glm::length(n));
   const SurfaceGap moved =
       surface_gap(pair.first_surface, pair.second_surface, -truth.distance_m * glm::normalize(n));
-  if (moved.distance_m <= truth.noise_m + contact_angle_tolerance_rad * truth.distance_m) return {};
+  if (moved.distance_m <= truth.noise_m + contact_surface_angle_rad * truth.distance_m) return {};
   return judged(Verdict::differs, "moved by the distance against the normal, they are %.9g m apart",
                 moved.distance_m);
 }

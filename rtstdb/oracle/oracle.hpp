@@ -205,27 +205,22 @@ struct PairTruth {
   /// Unit, from the second body to the first: of bodies that are apart, along the shortest segment; of those
   /// that penetrate, along the shortest translation of the first that separates them.
   glm::dvec3 n_world{0.0};
-  /// Every direction at more than contact_angle_tolerance_rad to n_world needs a translation that is longer
-  /// by more than depth_tolerance_m to separate the bodies. False for bodies that touch within noise_m, and
-  /// for bodies that are apart by so little that noise_m may turn the shortest segment by that angle.
-  bool normal_is_unique = false;
   glm::dvec3 p_first_m{0.0}, p_second_m{0.0};  ///< ends of the shortest segment; zero if they penetrate
-  /// Of the distance, as ContactQuery states it: 1e-4 of the diagonal of the smaller body, or 4 units in the
-  /// last place (2^-23) of the largest coordinate of the larger body or of the distance, whichever is more.
-  /// Added to it: how far corners are in front of planes of triangles.
+  /// How far the bounds of an answer may be apart, as ContactQuery states it, but for its share of the depth.
   double noise_m = 0.0;
+  double unit_m = 0.0;  ///< in the last place of the larger body's largest coordinate
 
-  /// The error that a depth may have, and the depth along an answered normal.
+  /// The error that a depth may have.
   double depth_tolerance_m() const noexcept;
 };
 
 /// Relative to the depth, where this exceeds noise_m.
 inline constexpr double depth_relative_tolerance = 0.01;
-inline constexpr double contact_angle_tolerance_rad = 0.017453292519943295;
 
-/// The truth of two entities with convex geometry. Depth: the largest gap along the normals of all faces and
-/// the cross products of all edges. Distance of bodies that are apart: the least of all corners and
-/// triangles, and of all pairs of edges. The time grows with the product of the numbers of edges.
+/// The truth of two entities with convex geometry: of the hulls of their corners. Depth: the largest gap
+/// along the normals of all faces of the Minkowski difference. Distance of bodies that are apart: the least
+/// of all corners and triangles, and of all pairs of edges. The time grows with the product of the numbers of
+/// edges.
 PairTruth pair_truth(const World& world, EntityId first, EntityId second, WorldTime t);
 
 /// A pair that a search admits.
@@ -308,11 +303,9 @@ inline constexpr double contact_triangle_tolerance = 0.01;
 
 /// One listed pair with convex geometry.
 ///     status    right, or the distance is within noise_m of the border to another one (too close)
-///     distance  within depth_tolerance_m, and its bounds as near to it. Those of an undecided pair contain
-///               the truth, and the pair is too close.
-///     normal    of unit length, and within contact_angle_tolerance_rad of the truth's. If the truth's is not
-///               unique, it suffices that along an axis within this angle the bodies have the same distance
-///               within tolerance. If bodies are apart, noise_m may turn their segment by a larger angle.
+///     distance  within its bounds, which contain the truth and are at most depth_tolerance_m apart. Those of
+///               an undecided pair contain the truth, and the pair is too close.
+///     normal    of unit length; the gap along it is the lower bound of the distance within 4 unit_m
 ///     points    At half its depth before and behind each point, along the normal, are the surfaces at which
 ///               the bodies face one another, within depth_tolerance_m, and the named triangles. No point is
 ///               deeper than the pair, and the depth of the first is minus the distance. Velocities are those

@@ -46,6 +46,9 @@ inline constexpr std::uint32_t max_contact_pairs = 1u << 16;       ///< ContactQ
 inline constexpr std::uint32_t max_contact_candidates = 1u << 20;  ///< ContactQueryOptions::max_candidates
 inline constexpr std::uint32_t max_convex_part_points =
     1024;  ///< of a part of GeometryOptions::convex_parts_m
+/// Bounds of a distance of convex bodies are apart by at most this share of the diagonal of the smaller body,
+/// where single precision resolves that (contact.hpp).
+inline constexpr double contact_precision = 2e-5;
 /// The largest deviations of GeometryOptions::convex_parts_m and of GeometryOptions::solid from the mesh, as
 /// shares of the diagonal of the mesh's box.
 inline constexpr double convex_parts_tolerance = 0.05;
@@ -76,8 +79,8 @@ inline constexpr std::uint32_t max_fixed_lights = 16;
 /// A closed mesh is convex if every point of its surface is within this share of the diagonal of its box, or
 /// within hull_tolerance_ulp, of the surface of the hull of its corners.
 inline constexpr double convex_tolerance = 1e-5;
-/// In units in the last place of single precision (ulp) of a body's largest coordinate: the least thickness
-/// of a hull, and the distance up to which corners of a mesh may be left out of its hull.
+/// Least thickness of a hull that is not flat, in units in the last place (ulp) of single precision at the
+/// body's largest coordinate. Corners of a mesh within half of it of the hull of the others may be omitted.
 inline constexpr double hull_tolerance_ulp = 4.0;
 inline constexpr std::uint32_t max_convex_parts = 256;  ///< GeometryInfo::convex_parts
 /// Larger meshes are not examined: they have no convex parts.

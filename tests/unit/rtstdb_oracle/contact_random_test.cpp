@@ -8,6 +8,8 @@
 #include <limits>
 #include <tuple>
 
+#include <rtstdb/limits.hpp>
+
 #include "contact_scene.hpp"
 
 namespace rtstdb::oracle {
@@ -123,19 +125,18 @@ TEST(ContactRandom, DepthIsTheShortestTranslationThatSeparates) {
 }
 
 TEST(ContactRandom, SwappedBodiesHaveTheOppositeNormal) {
-  int unique = 0;
+  int apart = 0;
   const Scene scene = hull_crowd(914, 200, 1.5);
   const World world = scene.world();
   for (std::uint32_t i = 0; i < 200; i += 2) {
     const PairTruth one = pair_truth(world, {i, 1}, {i + 1, 1}, at_s(10.25));
     const PairTruth other = pair_truth(world, {i + 1, 1}, {i, 1}, at_s(10.25));
     ASSERT_NEAR(one.distance_m, other.distance_m, 1e-9);
-    ASSERT_EQ(one.normal_is_unique, other.normal_is_unique);
-    if (!one.normal_is_unique) continue;
-    ++unique;
+    if (one.distance_m < 0.1) continue;
+    ++apart;
     expect_near(one.n_world, -other.n_world, 1e-7);
   }
-  EXPECT_GT(unique, 50);
+  EXPECT_GT(apart, 30);
 }
 
 TEST(ContactRandom, HullsOfAHundredCorners) {
@@ -244,7 +245,7 @@ TEST(ConvexMesh, MayHaveSlivers) {
   EXPECT_FALSE(MeshTree(with_sliver(0.1f)).convex());
   const PairTruth truth = truth_of(two_bodies(with_sliver(0x1p-22f), make_box({2, 2, 2}), {1.5, 0.3, 0.2}));
   EXPECT_NEAR(truth.distance_m, -0.5, 1e-6);
-  EXPECT_NEAR(truth.noise_m, 1e-4 * std::sqrt(12.0), 1e-5);
+  EXPECT_NEAR(truth.noise_m, contact_precision * std::sqrt(12.0), 1e-5);
 }
 
 // ---- candidates

@@ -108,11 +108,11 @@ inline ContactPair rounded(const World& world, const ContactSearch& search, Enti
     const glm::dvec3 by_m = -truth.distance_m * truth.n_world;
     for (glm::dvec3& p : moved.corners_m)
       p += by_m;
-    for (auto& triangle : moved.triangles_m)
-      for (glm::dvec3& p : triangle)
+    for (ConvexBody::Face& face : moved.faces)
+      for (glm::dvec3& p : face.corners_m)
         p += by_m;
-    for (auto& edge : moved.edges_m)
-      for (glm::dvec3& p : edge)
+    for (ConvexBody::Edge& edge : moved.edges)
+      for (glm::dvec3& p : edge.ends_m)
         p += by_m;
     const BodyDistance touching = surface_distance(moved, pair.second_body);
     on_first_m = touching.p_first_m - by_m;
@@ -125,7 +125,9 @@ inline ContactPair rounded(const World& world, const ContactSearch& search, Enti
   answer.status = truth.distance_m <= 0.0        ? PairStatus::contact
                   : truth.distance_m <= margin_m ? PairStatus::near
                                                  : PairStatus::separate;
-  answer.distance_m = answer.min_distance_m = answer.max_distance_m = static_cast<float>(truth.distance_m);
+  answer.distance_m = static_cast<float>(truth.distance_m);
+  answer.min_distance_m = std::nextafter(answer.distance_m, -INFINITY);
+  answer.max_distance_m = std::nextafter(answer.distance_m, INFINITY);
   answer.n_world = glm::vec3(truth.n_world);
   answer.point_count = 1;
   answer.points[0] = contact_between(pair, on_first_m, on_second_m, -truth.distance_m);
