@@ -35,7 +35,7 @@ Result<std::shared_ptr<const ConvexParts>> parts_of(const TriangleMesh& mesh, bo
   return parts.empty() ? nullptr : std::make_shared<const ConvexParts>(std::move(parts));
 }
 
-/// The same of a geometry that a log holds, which was accepted once: nothing is refused.
+/// Parts of a geometry that a log holds, without checks.
 std::shared_ptr<const ConvexParts> recovered_parts_of(const TriangleMesh& mesh, bool deforms,
                                                       const ConvexPartPoints& given_m,
                                                       const std::optional<Solid>& solid) {

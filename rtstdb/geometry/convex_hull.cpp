@@ -26,9 +26,9 @@
 namespace rtstdb {
 namespace {
 
-/// Share of hull_tolerance_ulp by which corners that are left out may be outside a hull; corners of a face
-/// may be as far from its plane.
-constexpr double simplification_ulp = 0.5 * hull_tolerance_ulp;
+/// Tolerance of each of the two simplifications of a hull, in ulp; corners of a face are within it of the
+/// face's plane.
+constexpr double simplification_ulp = 0.25 * hull_tolerance_ulp;
 
 /// The distance from the surface of the hull up to which the surface of a mesh is convex.
 double tolerance_m(std::span<const glm::vec3> points_m, double diagonal_m) {
@@ -309,15 +309,24 @@ void reduce_to(HullTriangles& hull, std::span<const glm::vec3> points_m,
   hull = std::move(*reduced);
 }
 
+/// Upper bound of the distance of omitted corners from the hull of the others. Those of a flat hull may also
+/// be off its plane.
+float max_omitted_m(std::span<const glm::vec3> points_m, bool is_flat) {
+  const double flatness_ulp = is_flat ? hull_tolerance_ulp : 0.0;
+  return static_cast<float>((2.001 * simplification_ulp + flatness_ulp) * ulp_m(points_m));
+}
+
 /// The hull with its faces, from the exact hull of the mesh's corners.
 ConvexHull simplified(std::span<const glm::vec3> points_m, HullTriangles& hull, HullFaces& faces) {
   const double deviation_m = simplification_ulp * ulp_m(points_m);
+  const std::size_t exact_corners = hull.corners.size();
   reduce_to(hull, points_m, std::vector(hull.corners), deviation_m);
   const std::vector<std::uint32_t> needed = needed_corners(points_m, hull, deviation_m);
   if (needed.size() < hull.corners.size()) reduce_to(hull, points_m, needed, 0.0);
   faces = hull_faces(hull, points_m, deviation_m);
   ConvexHull made = std::move(faces.hull);
   set_box(made, points_m);
+  if (hull.corners.size() < exact_corners) made.max_omitted_m = max_omitted_m(points_m, false);
   return made;
 }
 
@@ -359,6 +368,7 @@ std::optional<ConvexHull> flat_hull_of(WeldedMesh& mesh, const glm::dvec3& norma
   }
   set_face_triangles(*flat, of_faces, mesh);
   set_box(*flat, mesh.points_m);
+  if (flat->corners_m.size() < mesh.points_m.size()) flat->max_omitted_m = max_omitted_m(mesh.points_m, true);
   return flat;
 }
 
@@ -387,7 +397,7 @@ bool covers_hull(const WeldedMesh& mesh, const HullTriangles& hull, const Volume
   return flat && covers_polygon(*flat, mesh.points_m, mesh.triangles, allowed_m);
 }
 
-/// Of a closed mesh.
+/// The mesh is closed.
 std::optional<ConvexHull> hull_of_closed(const MeshView& mesh) {
   if (is_plainly_not_convex(mesh)) return std::nullopt;
   WeldedMesh made = welded(mesh);
@@ -418,7 +428,10 @@ std::optional<ConvexHull> convex_hull_of_points(std::span<const glm::vec3> point
   const double ulp = ulp_m(points_m);
   if (const auto side = thin_side(*hull, points_m, hull_tolerance_ulp * ulp)) {
     made = flat_hull(points_m, hull->planes[side->triangle].normal(), simplification_ulp * ulp);
-    if (made) set_box(*made, points_m);
+    if (made) {
+      set_box(*made, points_m);
+      made->max_omitted_m = max_omitted_m(points_m, true);
+    }
   } else {
     HullFaces faces;
     made = simplified(points_m, *hull, faces);

@@ -41,8 +41,8 @@ struct ConvexHull {
     std::uint32_t core_corners = 0;
   };
 
-  /// Entity frame; corners of the mesh. Every other corner of the mesh is within hull_tolerance_ulp of their
-  /// hull, as those inside a face or an edge. Corners of a face are as near to a common plane.
+  /// Entity frame; corners of the mesh. Every other corner of the mesh is within max_omitted_m of their
+  /// hull. Corners of a face are as near to a common plane.
   std::vector<glm::vec3> corners_m;
   std::vector<Face> faces;
   std::vector<std::uint32_t> face_corners;
@@ -51,6 +51,9 @@ struct ConvexHull {
   glm::vec3 center_m{0.0f};       ///< of the body's box
   glm::vec3 half_extent_m{0.0f};  ///< of that box
   bool inside_out = false;        ///< the fronts of the mesh are inside
+  /// Upper bound of the distance of a corner of the mesh from the hull of corners_m. 0: none was omitted;
+  /// otherwise half of hull_tolerance_ulp, for a flat hull 1.5 times that tolerance.
+  float max_omitted_m = 0.0f;
   std::optional<Round> round{};
 };
 

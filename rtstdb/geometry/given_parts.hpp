@@ -18,9 +18,8 @@ namespace rtstdb {
 /// GeometryOptions::convex_parts_m.
 Result<ConvexParts> given_convex_parts(const MeshView& mesh, const ConvexPartPoints& parts_m);
 
-/// The same for the parts of a geometry that a log holds, without the checks: what was accepted once never
-/// prevents that the log opens, also where a check has become stricter. If a part has no hull, the parts are
-/// those of the mesh (convex_parts_of).
+/// Hulls of the parts of a geometry that a log holds, without checks, so that every log opens. If a part has
+/// no hull, the parts are those of the mesh (convex_parts_of).
 ConvexParts recovered_convex_parts(const MeshView& mesh, const ConvexPartPoints& parts_m);
 
 }  // namespace rtstdb

@@ -27,8 +27,8 @@ class HullDepth {
   };
   /// The nearest plane to a point in the hull, or one that is not farther than `enough_m`.
   Nearest nearest(const glm::dvec3& point_m, double enough_m) const;
-  /// A triangle whose normal is nearly the direction, else nearest to it, of those whose planes are not
-  /// farther from a point in the hull than the nearest one, up to a length.
+  /// Among the triangles whose planes are at most larger_m farther from the point than the nearest plane: one
+  /// whose normal is nearly the given one, otherwise the one whose normal is nearest to it.
   std::uint32_t nearest_with_normal(const glm::dvec3& point_m, const glm::dvec3& normal,
                                     double larger_m) const;
 

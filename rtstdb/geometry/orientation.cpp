@@ -123,17 +123,13 @@ int exact_orientation(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c
 
 }  // namespace
 
-int orientation(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) noexcept {
-  return OrientedPlane(a, b, c).side_of(d);
-}
-
 OrientedPlane::OrientedPlane(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) noexcept
     : a_(a), b_(b), c_(c) {
   const glm::dvec3 u = glm::dvec3(b) - glm::dvec3(a), v = glm::dvec3(c) - glm::dvec3(a);
   across_ = glm::cross(u, v);
   products_ = {std::abs(u.y * v.z) + std::abs(u.z * v.y), std::abs(u.z * v.x) + std::abs(u.x * v.z),
                std::abs(u.x * v.y) + std::abs(u.y * v.x)};
-  // Of a needle the terms of a component nearly cancel, and rounding turns the plane.
+  // The terms of a component of a needle's normal nearly cancel, so rounding would turn the plane.
   const glm::dvec3 size = glm::abs(across_);
   const double largest = std::max({size.x, size.y, size.z});
   glm::dvec3 precise = across_;

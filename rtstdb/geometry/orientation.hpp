@@ -11,22 +11,18 @@
 
 namespace rtstdb {
 
-/// The sign of dot(cross(b - a, c - a), d - a), exact: 1 if d is in front of the triangle, whose corners are
-/// counter-clockwise seen from the front, -1 behind it, 0 in its plane.
-int orientation(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) noexcept;
-
 /// The plane of a triangle, for many points.
 class OrientedPlane {
  public:
   OrientedPlane() = default;
   OrientedPlane(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) noexcept;
 
-  /// The same as orientation of the triangle and the point.
+  /// Exact sign of dot(cross(b - a, c - a), d - a): 1 if d is in front of the triangle, whose corners are
+  /// counter-clockwise seen from the front, -1 behind it, 0 in its plane.
   int side_of(const glm::vec3& d) const noexcept;
   /// How far the point is in front of the plane; for a triangle with an area.
   double height_m(const glm::dvec3& d) const noexcept;
-  /// The triangle's unit normal, each component to some 10^-16 of its own size before normalization, also of
-  /// needles; zero without area.
+  /// The triangle's unit normal, within about 1e-13 rad also for needles; zero for a triangle without area.
   const glm::dvec3& normal() const noexcept { return normal_; }
   double area_m2() const noexcept { return 0.5 * twice_area_; }
 

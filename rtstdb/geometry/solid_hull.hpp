@@ -13,7 +13,7 @@ namespace rtstdb {
 /// Errors: bad_input, see GeometryOptions::solid. Its time grows with the number of the mesh's triangles.
 Result<ConvexHull> solid_hull(const MeshView& mesh, const Solid& solid);
 
-/// The same for a solid that a log holds, without the checks.
+/// Hull of a solid that a log holds, without checks.
 ConvexHull recovered_solid_hull(const MeshView& mesh, const Solid& solid);
 
 /// The mesh, and triangles without area at points of its parts, so that its extents (extents.hpp) are those

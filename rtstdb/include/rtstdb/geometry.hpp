@@ -100,8 +100,9 @@ struct GeometryInfo {
   /// another one consists of convex parts if each piece of its mesh (triangles that share corners by index)
   /// is convex, up to max_convex_parts of them. 0: contact and impact queries search its triangles.
   std::uint32_t convex_parts = 0;
-  /// Of all parts, without corners that are inside faces or edges, up to hull_tolerance_ulp. Of a solid with
-  /// a curved surface: its core's corners, and the polygons that stand for its flat faces.
+  /// Corners and faces of the hulls of all parts, without corners inside faces or edges up to half of
+  /// hull_tolerance_ulp. For a solid with a curved surface: the corners of its core, and the polygons that
+  /// stand for its flat faces.
   std::uint32_t hull_corners = 0, hull_faces = 0;
 };
 

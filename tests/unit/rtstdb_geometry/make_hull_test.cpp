@@ -289,8 +289,8 @@ TEST(MakeHull, SignsAreExact) {
     const auto& p = set.points_m;
     const std::vector<Grid> at = on_grid(p, set.shift);
     const int expected = exact_side(at[0], at[1], at[2], at[3]);
-    ASSERT_EQ(orientation(p[0], p[1], p[2], p[3]), expected) << i << " of seed " << seed;
-    ASSERT_EQ(orientation(p[1], p[0], p[2], p[3]), -expected);
+    ASSERT_EQ(OrientedPlane(p[0], p[1], p[2]).side_of(p[3]), expected) << i << " of seed " << seed;
+    ASSERT_EQ(OrientedPlane(p[1], p[0], p[2]).side_of(p[3]), -expected);
     coplanar += expected == 0 ? 1 : 0;
   }
   EXPECT_GT(coplanar, 1'000);
@@ -298,11 +298,13 @@ TEST(MakeHull, SignsAreExact) {
   constexpr float tiny = std::numeric_limits<float>::denorm_min();
   for (const float lift : {-tiny, 0.0f, tiny}) {
     const int expected = lift > 0.0f ? 1 : lift < 0.0f ? -1 : 0;
-    EXPECT_EQ(orientation({1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {-1.0f, -1.0f, 0.0f}, {0.1f, 0.2f, lift}),
+    EXPECT_EQ(OrientedPlane({1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {-1.0f, -1.0f, 0.0f})
+                  .side_of({0.1f, 0.2f, lift}),
               expected);
     // In the plane x + y + z = 1 with one corner beside it.
-    EXPECT_EQ(orientation({1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, {0.5f, 0.5f, lift}),
-              expected);
+    EXPECT_EQ(
+        OrientedPlane({1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}).side_of({0.5f, 0.5f, lift}),
+        expected);
   }
 }
 
