@@ -65,10 +65,16 @@ std::string log_refusal(const report::DatabaseLog& log) {
 
 }  // namespace
 
+RunWorld::ModuleRelease::~ModuleRelease() {
+  for (WiredModule& wired : wiring.modules)
+    wired.module.reset();
+}
+
 RunWorld::RunWorld(Wiring& wiring, RunContext& context)
     : wiring_(wiring),
       context_(context),
       fields_(context.log),
+      module_release_{wiring},
       point_clouds_(context.options.directory, context.is_virtual),
       camera_files_(context.options.directory, context.is_virtual, context.scenario.base_period_ns) {
   if (needs_database(wiring_)) {

@@ -28,7 +28,8 @@ namespace hil::run {
 class RunWorld {
  public:
   /// Opens the database, creates the scenery, configures the modules and writes world.json. Throws GpuError,
-  /// MemoryError, io::DeviceError or modules::SetupError. `wiring` and `context` outlive it.
+  /// MemoryError, io::DeviceError or modules::SetupError. `wiring` and `context` outlive it, but the modules
+  /// of the wiring end with it.
   RunWorld(Wiring& wiring, RunContext& context);
 
   /// By the order of the scenario's tasks.
@@ -57,6 +58,12 @@ class RunWorld {
   const modules::EventLog& events() const noexcept { return events_; }
 
  private:
+  /// Destroys the modules, whose queries must not outlive the database.
+  struct ModuleRelease {
+    Wiring& wiring;
+    ~ModuleRelease();
+  };
+
   void open_database();
   void write_world_record() const;
   void draw_views_into(std::int64_t end_ns, report::RunRecord& record, std::vector<std::string>& faults);
@@ -67,6 +74,7 @@ class RunWorld {
   RunContext& context_;
   WorldFields fields_;
   std::unique_ptr<rtstdb::Database> database_;  // refers to the fields; null: the run needs none
+  ModuleRelease module_release_;                // before the database, also when the constructor throws
   PointCloudFiles point_clouds_;
   CameraFiles camera_files_;
   std::vector<CameraFileRecord> camera_records_;  ///< when the files were closed

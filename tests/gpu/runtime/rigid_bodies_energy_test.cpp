@@ -248,7 +248,7 @@ TEST_F(RigidBodiesEnergy, BodiesRestAtTheDepthOfTheirWeight) {
     add_solid_ball("ball", {.p_world_m = {0.0, 0.0, 0.15}});
     add("box", rtstdb::make_box({0.4, 0.3, 0.2}), {.p_world_m = {2.0, 0.0, 0.35}, .q_world = tilted});
     add("prism", rtstdb::make_cylinder(0.15, 0.2, 7), {.p_world_m = {4.0, 0.0, 0.3}, .q_world = tilted});
-    const auto module = rigid_bodies(
+    auto module = rigid_bodies(
         "{bodies: [{body: floor}, {body: ball, mass: 1 kg, inertia: {sphere: {radius: 10 cm}}}, {body: box, "
         "mass: 1 kg, inertia: {box: [40 cm, 30 cm, 20 cm]}}, {body: prism, mass: 1 kg, inertia: {cylinder: "
         "{radius: 15 cm, height: 20 cm}}}], stiffness: 10 kN/m, damping: 30 N s/m, substeps: " +
@@ -263,6 +263,9 @@ TEST_F(RigidBodiesEnergy, BodiesRestAtTheDepthOfTheirWeight) {
     EXPECT_LT(end[kinetic_energy], 1e-3);
     EXPECT_NEAR(end[elastic_energy], 3.0 * 0.5 * mass_kg * gravity_mps2 * depth_m,
                 0.05 * end[elastic_energy]);
+    module.reset();
+    world_.reset();
+    database_.reset();
     SetUp();
     next_ns_ = 0;
   }
