@@ -69,10 +69,10 @@ class RigidBody {
 
   /// The state after dt_s. The error of one step is of order dt_s^5.
   RigidBodyState step(const RigidBodyState& state, const Wrench& wrench, double dt_s) const noexcept;
-  /// The two parts of a step of the leapfrog method: drifted() by half a step, kicked() by a whole one with
-  /// the forces there, drifted() by half a step. The work of a constant force in the step is exactly the
-  /// force times the mean of the velocities before and after the kick.
-  ///
+  // A step of the leapfrog method is drifted() by half a step, kicked() by a whole step with the forces
+  // there, and drifted() by half a step. The work of a constant force in it is exactly the force times the
+  // mean of the velocities before and after the kick.
+
   /// The state after dt_s of motion with the momenta that it has. The rotation is exact for the angular rate
   /// at the middle, which follows from the angular momentum: there is no gyroscopic term that could become
   /// unstable.
@@ -80,7 +80,8 @@ class RigidBody {
   /// The state with the momenta that a force and a torque along the world axes give it in dt_s, at its pose.
   RigidBodyState kicked(const RigidBodyState& state, const glm::dvec3& force_world_n,
                         const glm::dvec3& torque_world_nm, double dt_s) const noexcept;
-  /// Of the position in the frame of the orbit; its acceleration conserves the sum with the energy of motion.
+  /// Potential energy in the orbital frame. Motion without other forces conserves its sum with the kinetic
+  /// energy.
   double orbital_energy_j(const RigidBodyState& state) const noexcept;
 
  private:

@@ -132,7 +132,7 @@ double BodySet::kinetic_energy_j() const noexcept {
   return energy_j;
 }
 
-double BodySet::height_energy_j() const noexcept {
+double BodySet::potential_energy_j() const noexcept {
   double energy_j = 0.0;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Body& body = bodies_[i];

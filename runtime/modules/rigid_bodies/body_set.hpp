@@ -44,13 +44,12 @@ class BodySet {
   /// The largest share that a coordinate, the speed or the angular rate of a body has of what the database
   /// permits.
   static double used_of_limits(const Body& body) noexcept;
-  /// Of the bodies that move.
+  /// Kinetic energy of the bodies that move.
   double kinetic_energy_j() const noexcept;
-  /// What gravity and the orbit's acceleration have given to a body that moves from the world's origin to
-  /// where it is, with the opposite sign; of all.
-  double height_energy_j() const noexcept;
+  /// Potential energy of all bodies that move, in gravity and in the orbital frame; 0 at the world's origin.
+  double potential_energy_j() const noexcept;
 
-  /// What the inputs, and fixed bodies that move, have added so far to the energy of the bodies that move.
+  /// Energy that the inputs and fixed bodies that move have added to the moving bodies so far.
   double work_j() const noexcept { return work_j_; }
   /// Adds a change of energy that is none of the contacts.
   void add_work(double work_j) noexcept { work_j_ += work_j; }
@@ -60,9 +59,9 @@ class BodySet {
     return body.rigid_body && !body.is_held && !body.has_stopped;
   }
   void drift(double dt_s) noexcept;
-  /// Changes the momenta by the loads, and by gravity and the inputs.
+  /// Changes the momenta by the loads and, if with_inputs, by gravity, the orbit and the inputs.
   void kick(double dt_s, bool with_inputs) noexcept;
-  /// Of the inputs, in dt_s with the velocities of motions_.
+  /// Work of the inputs in dt_s at the velocities of motions_.
   double input_work_j(double dt_s) const noexcept;
   void substep(FrozenContacts& contacts, TouchLog& touches, double time_ns, double dt_s) noexcept;
 

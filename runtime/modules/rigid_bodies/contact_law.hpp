@@ -14,8 +14,9 @@
 //            that stiffness times the stored energy divided by the energy that the law has at these depths.
 //            So the stored energy runs out where the depth does, whatever the normals, points and shares were
 //            on the way, and the factor is 1 where the law itself is conservative. The springs across the
-//            normals store apart from those along them, and never more than the law has. What a pair's
-//            dampers took, and what its springs lost, may fill its springs up to the energy of the law.
+//            normals store apart from those along them, and never more than the law has. The energy
+//            that a pair's dampers took and its springs lost may refill the springs along the normals, up to
+//            the energy of the law.
 //
 // Between two answers of the contact query the plane of the contact is frozen: its normal stays, and the
 // depth changes by the motion of one body relative to the other at the point, along the normal. The point
@@ -77,14 +78,14 @@ glm::dvec3 relative_velocity(const glm::dvec3& place_m, const BodyMotion& first,
 /// Updates the depth and the stretch of the spring by a motion with the contact's velocity.
 void follow(FrozenContact& contact, double dt_s) noexcept;
 
-/// What the springs of the points of one pair hold.
+/// Energy of the springs of one pair.
 struct SpringEnergy {
-  double normal_j = 0.0;  ///< below 0: they have given more than they had, and take that before they give
+  double normal_j = 0.0;  ///< negative: they gave more than they stored, and take that back first
   double across_j = 0.0;  ///< as normal_j
 };
 struct StoredEnergy {
   SpringEnergy springs;
-  double lost_j = 0.0;  ///< to dampers, and by springs along the normal; at most what the law has
+  double lost_j = 0.0;  ///< taken by the dampers and lost by all springs; at most the energy of the law
 };
 
 /// The energy that the springs of one pair have by the law.

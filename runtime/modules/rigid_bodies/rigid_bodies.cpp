@@ -97,10 +97,10 @@ RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(option
   output(6, "", "Pairs so far that touched and were not near in the step before");
   output(7, "", "Rows written so far");
   output(8, "", "Bodies that rest since they would have left what the database permits");
-  output(9, "J", "That the contacts hold");
-  output(10, "J", "Of motion, of height above the world's origin, and elastic");
-  output(11, "J", "So far of the inputs, and of fixed bodies that move");
-  output(12, "J", "What contacts have taken so far: the energy at run time 0, plus work, minus energy");
+  output(9, "J", "Elastic energy of the contacts");
+  output(10, "J", "Kinetic, potential and elastic energy");
+  output(11, "J", "Work of the inputs and of fixed bodies that move, so far");
+  output(12, "J", "Energy that contacts have taken so far: energy at run time 0, plus work, minus energy");
   const auto append = [](std::vector<Port>& ports, std::vector<Port> more) {
     ports.insert(ports.end(), more.begin(), more.end());
   };
@@ -193,7 +193,7 @@ void RigidBodies::stop_beyond_limits(StepContext& context) noexcept {
 }
 
 double RigidBodies::energy_j() const noexcept {
-  return bodies_->kinetic_energy_j() + bodies_->height_energy_j() + watch_->contacts().elastic_energy_j();
+  return bodies_->kinetic_energy_j() + bodies_->potential_energy_j() + watch_->contacts().elastic_energy_j();
 }
 
 void RigidBodies::write_outputs(StepContext& context) noexcept {
