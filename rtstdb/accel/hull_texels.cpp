@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <limits>
 #include <span>
 #include <utility>
@@ -44,12 +45,13 @@ class CornerTree {
       minimum = glm::min(minimum, p);
       maximum = glm::max(maximum, p);
     }
-    const glm::vec3 center = 0.5f * (minimum + maximum);
-    float radius = 0.0f;
+    const glm::vec3 center(0.5 * (glm::dvec3(minimum) + glm::dvec3(maximum)));
+    double radius = 0.0;
     for (const glm::vec3& p : part_m)
-      radius = std::max(radius, glm::length(p - center));
+      radius = std::max(radius, glm::distance(glm::dvec3(p), glm::dvec3(center)));
     const std::size_t node = texels.size();
-    texels.emplace_back(center, radius * (1.0f + 4.0f * std::numeric_limits<float>::epsilon()));
+    texels.emplace_back(center,
+                        static_cast<float>(radius) * (1.0f + 4.0f * std::numeric_limits<float>::epsilon()));
     texels.emplace_back(0.0f);
     const auto first = static_cast<std::uint32_t>(corners_m.size());
     std::uint32_t count = 0;
@@ -74,13 +76,9 @@ class CornerTree {
 }  // namespace
 
 std::vector<glm::vec4> hull_texels(const ConvexHull& hull) {
-  const auto from_center = [&](const glm::vec3& p) {
-    return glm::vec3(glm::dvec3(p) - glm::dvec3(hull.center_m));
-  };
-  std::vector<glm::vec3> corners;
   const std::size_t supporting = hull.round ? hull.round->core_corners : hull.corners_m.size();
-  for (const glm::vec3& corner : std::span(hull.corners_m).first(supporting))
-    corners.push_back(from_center(corner));
+  std::vector<glm::vec3> corners(hull.corners_m.begin(),
+                                 hull.corners_m.begin() + static_cast<std::ptrdiff_t>(supporting));
   std::vector<glm::vec4> nodes;
   if (corners.size() > shared::hull_max_scanned_corners) {
     CornerTree tree(std::move(corners));
@@ -108,7 +106,7 @@ std::vector<glm::vec4> hull_texels(const ConvexHull& hull) {
     for (std::uint32_t i = 0; i < used; ++i) {
       const std::uint32_t corner =
           hull.face_corners[face.first_corner + std::uint64_t{i} * face.corner_count / used];
-      polygons.push_back(texel(from_center(hull.corners_m[corner])));
+      polygons.push_back(texel(hull.corners_m[corner]));
     }
   }
   texels.insert(texels.end(), polygons.begin(), polygons.end());

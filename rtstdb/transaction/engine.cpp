@@ -122,8 +122,10 @@ void Engine::submit(Transaction& transaction) noexcept {
   auto& submitted = static_cast<TransactionImpl&>(transaction);
   RTSTDB_REQUIRE(&submitted.engine() == this, "Database::submit",
                  "the transaction was made by another database");
-  RTSTDB_REQUIRE(getpid() == process_, "Database::submit",
-                 "the process was forked, and the engine's threads are in its parent; open a database there");
+  RTSTDB_REQUIRE(
+      getpid() == process_, "Database::submit",
+      "this process was forked from the one that opened the database and has none of its threads; open a "
+      "database in this process");
   submitted.mark_pending();
   submitted.draft().submitted = clock_.now();
   scheduler::Reservations::submitted(submitted, *this);

@@ -3,9 +3,8 @@
 #define RTSTDB_SHARED_CONTACT_H
 #include "shared/interop.h"
 
-// The hull of a convex geometry, in texels of vec4. Positions are relative to the hull's centre, entity
-// frame, unscaled:
-//   0         centre, number of corners
+// The hull of a convex geometry, in texels of vec4. Positions are in the entity's frame, unscaled:
+//   0         centre of the box, number of corners
 //   1         numbers of faces and nodes, offsets of faces and polygons from the hull's first texel
 //   2         of a solid with a curved surface: axis of a disc (unit) or zeros, radius; its body consists of
 //             the sums of a point of the corners' hull and a point of that disc, or of a ball; else zeros
@@ -24,30 +23,34 @@ RTSTDB_CONSTANT(hull_max_scanned_corners, 256)
 RTSTDB_CONSTANT(hull_max_polygon_corners, 32)
 
 // A pair of convex bodies in the frame of the second one (not scaled), whose origin is the second hull's
-// centre. `limit_m`: bodies that are apart by more need no distance. `rounding_m`: what single
-// precision resolves of this pair; `size_m`: the diagonal of the smaller body.
+// centre. The low parts are the remainders of single precision.
 #define RTSTDB_FIELDS_PairRecord(F)                          \
   F(vec4, q) /* first entity's frame to second's */          \
+  F(vec4, q_low)                                             \
   F(vec3, center_m) /* of the first hull */                  \
   F(uint, first_hull) /* texel */                            \
-  F(vec3, first_scale)                                       \
+  F(vec3, center_low_m)                                      \
   F(uint, second_hull)                                       \
-  F(vec3, second_scale)                                      \
+  F(vec3, first_scale)                                       \
   F(float, margin_m)                                         \
-  F(float, rounding_m)                                       \
-  F(float, size_m)                                           \
-  F(float, limit_m)
+  F(vec3, first_scale_low)                                   \
+  F(float, limit_m) /* bodies that are apart by more need no distance */ \
+  F(vec3, second_scale)                                      \
+  F(float, rounding_m) /* bound of the error of a point in this frame, in single precision */ \
+  F(vec3, second_scale_low)                                  \
+  F(float, precision_m) /* bounds of the distance are at most this apart */ \
+  F(float, omitted_m) /* distance of omitted corners from the hulls, upper bound, of both bodies */
 RTSTDB_STRUCT(PairRecord)
 
-// What is known of a pair after a stage.
-RTSTDB_CONSTANT(pair_apart, 0)        // distance_m is known, or above the margin
-RTSTDB_CONSTANT(pair_penetrates, 1)   // the next stage computes the depth
-RTSTDB_CONSTANT(pair_deep, 2)         // distance_m is minus the depth
-RTSTDB_CONSTANT(pair_undecided, 3)    // limit of iterations
-RTSTDB_CONSTANT(pair_unfinished, 4)   // limit of loops: retried
+// State of a pair after a stage.
+RTSTDB_CONSTANT(pair_known, 0)       // bounds within the precision, or the distance is above the limit
+RTSTDB_CONSTANT(pair_needs_double, 1)  // the distance is computed again in double precision
+RTSTDB_CONSTANT(pair_needs_depth, 2)   // the bodies overlap or are too near to tell: the depth is computed
+RTSTDB_CONSTANT(pair_undecided, 3)   // its bounds are wider than the precision
+RTSTDB_CONSTANT(pair_unfinished, 4)  // limit of loops: retried
 
 // `point_m`: of the first body, nearest to the second or deepest in it. `n`: unit, from the second body to
-// the first.
+// the first. The bounds contain the distance of the exact bodies, whatever the state.
 #define RTSTDB_FIELDS_PairResult(F) \
   F(vec3, n)                        \
   F(float, distance_m)              \

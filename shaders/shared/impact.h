@@ -45,7 +45,6 @@ RTSTDB_STRUCT(SweepArgs)
   F(vec3, p_low_m)                     \
   F(float, second_reach_m)             \
   F(vec3, v_mps)                       \
-  F(float, enough_m) /* precision of distances */ \
   F(vec3, v_low_mps)
 RTSTDB_STRUCT(AdvanceRecord)
 
@@ -58,9 +57,8 @@ RTSTDB_CONSTANT(advance_unfinished, 4) // limit of loops: retried
 // pair of surfaces makes as many steps as fit into the work of a stage, and a step may go on in later stages.
 // There are as many stages as the pairs need, so the result does not depend on where a stage ends. A pair
 // that reaches the maximum number of steps is undecided.
-RTSTDB_CONSTANT(max_convex_steps, 4096)
+RTSTDB_CONSTANT(max_advance_steps, 4096)
 RTSTDB_CONSTANT(steps_per_stage, 8)
-RTSTDB_CONSTANT(max_surface_steps, 4096)
 
 // `time_s`: a double, low word first; up to it the bodies do not meet. `point_m`: of the first body, from its
 // origin. `phase`: of a pair of surfaces.

@@ -58,8 +58,8 @@ enum class PairStatus : std::uint8_t {
   separate,  ///< apart by more than the margin; of a named pair
   near,      ///< apart by at most the margin
   contact,   ///< the bodies touch or penetrate
-  /// The search reached its limit of iterations, or the batch its limits of surfaces. The distance lies
-  /// between min_distance_m and max_distance_m; of surfaces these are minus and plus the largest float.
+  /// The bounds of the distance are wider than the precision, and 0 or the margin lies between them; or the
+  /// pair of surfaces did not fit into the batch: its bounds are then minus and plus the largest float.
   undecided,
 };
 
@@ -82,13 +82,14 @@ struct ContactPair {
   PairStatus status = PairStatus::separate;
   /// False for surfaces of which neither body has an inside: where they cross, depths are 0.
   bool has_depth = true;
-  float distance_m = 0.0f;  ///< see above; undecided: max_distance_m
-  /// Bounds of the distance. Unless the pair is undecided, they are at most the precision or 1 % of the depth
-  /// apart; of surfaces both are distance_m.
+  float distance_m = 0.0f;  ///< see above; between its bounds
+  /// Bounds that contain the distance of the exact bodies (ContactQuery). For a decided pair of surfaces both
+  /// are distance_m.
   float min_distance_m = 0.0f, max_distance_m = 0.0f;
   /// Unit, from the second body to the first: the normal of the first point, or the direction of the
-  /// distance. A translation of the first of two convex bodies by the depth along it separates them, or
-  /// their two deepest parts. Zero if the pair is undecided.
+  /// distance. For two convex bodies, or their two nearest parts, the gap along it is min_distance_m up to
+  /// 4 ulp: a translation of the first by -min_distance_m along it separates bodies that penetrate. Zero if
+  /// the pair is undecided.
   glm::vec3 n_world{0.0f};
   std::uint32_t point_count = 0;  ///< 0: the pair is separate or undecided, or the answer incomplete
   /// The point at which the bodies are deepest in one another, or nearest, comes first; then the points that
@@ -140,10 +141,23 @@ struct ContactQueryOptions {
 
 /// Contacts between bodies. `searches` has `capacity` elements; `answers` has one for each search of the last
 /// transaction.
-/// Precision: poses of one body relative to the other are computed in double precision, distances and depths
-/// in single precision. Their error is at most 1e-4 of the diagonal of the smaller body, or 4 units in the
-/// last place of the largest coordinate of the larger body or of the distance, whichever is more; that of the
-/// depth of convex parts may also be 1 % of the depth. The depth of surfaces: see above.
+/// Precision of convex bodies, with the unit in the last place (ulp) of single precision at the largest
+/// scaled coordinate of a body:
+///   bounds   always contain the distance of the hulls of the meshes' corners, or of the solids with sizes in
+///            single precision, at the rows' poses. They are apart by at most contact_precision (limits.hpp)
+///            times the diagonal of the smaller body, 8 ulp of the larger body or 8 units in the last place
+///            of the distance, whichever is most; or, of bodies that penetrate, by 1 % of the depth.
+///   status   That of distance_m where the bounds are within this precision: a body that rests on another one
+///            is in contact with it or apart by less than the precision.
+///   normals  Spheres and capsules of uniform scale, and cylinders of uniform scale that touch with a cap or
+///            with the line of their side: within 1e-5 rad, or 4 ulp of the other body over the radius,
+///            whichever is more. On flat faces of the other body: 1e-6 rad in place of 1e-5 rad. Rims of
+///            cylinders on rims and edges, and ellipsoids: within 1e-3 rad.
+///   points   At half its depth before and behind each point, along the normal, are the surfaces of both
+///            bodies, within the precision.
+/// What single precision does not decide, and every depth, is computed in double precision. Precision
+/// of surfaces: 1e-4 of the diagonal of the smaller body, or 4 ulp of the larger body or of the distance,
+/// whichever is most; for their depths see above.
 class ContactQuery : public Query {
  public:
   virtual std::span<ContactSearch> searches() noexcept = 0;

@@ -48,8 +48,8 @@ enum class UndecidedReason : std::uint8_t {
   /// some tolerances, for a long time compared with their size over their speed.
   steps,
   /// The distance of the pair with `second` at `after` is not known well enough to decide whether the bodies
-  /// are within the tolerance: single precision does not resolve it (convex parts), or its search reached its
-  /// limit of work (surfaces).
+  /// are within the tolerance: the bounds of its search do not decide it, or the search reached its limit of
+  /// work.
   distance,
   /// `overflow`: the named pair does not fit into the batch and was not searched. `second` is invalid, and
   /// `after` is 0.
@@ -85,7 +85,8 @@ struct ImpactQueryOptions {
 };
 
 /// First times of impact. `searches` has `capacity` elements; `answers` has one for each search of the last
-/// transaction. Of several first impacts at one time, that with the lowest entity index.
+/// transaction. If several first impacts have one time, the answer is that with the lowest
+/// entity index.
 /// Precision: at the time of the answer the distance is between 0 and the tolerance, and at no earlier time
 /// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
 /// of the tolerance, these take its place; over distance_m they are also the error of n_world, in radians.

@@ -26,11 +26,17 @@ PairBody body_of(const EntityRow& row, std::uint32_t part, const accel::Geometry
   return {row, pool.hull(row.geometry.index, part)};
 }
 
-constexpr std::array kernels{gpu::ShaderId::contact_candidates, gpu::ShaderId::contact_distance,
-                             gpu::ShaderId::contact_depth,      gpu::ShaderId::surface_bounds,
-                             gpu::ShaderId::surface_near,       gpu::ShaderId::surface_gap,
-                             gpu::ShaderId::surface_inside,     gpu::ShaderId::surface_descent,
-                             gpu::ShaderId::contact_points,     gpu::ShaderId::surface_feet};
+constexpr std::array kernels{gpu::ShaderId::contact_candidates,
+                             gpu::ShaderId::contact_distance,
+                             gpu::ShaderId::contact_distance_double,
+                             gpu::ShaderId::contact_depth,
+                             gpu::ShaderId::surface_bounds,
+                             gpu::ShaderId::surface_near,
+                             gpu::ShaderId::surface_gap,
+                             gpu::ShaderId::surface_inside,
+                             gpu::ShaderId::surface_descent,
+                             gpu::ShaderId::contact_points,
+                             gpu::ShaderId::surface_feet};
 
 }  // namespace
 
@@ -86,7 +92,7 @@ DeviceNeeds GpuContactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   buffer(ids_, " candidates", (bodies * ids_per_body + pairs) * sizeof(std::uint32_t), gpu::Memory::readback);
   buffer(pairs_, " pairs", pairs * sizeof(shared::PairRecord), gpu::Memory::upload);
   buffer(results_, " results", pairs * sizeof(shared::PairResult), gpu::Memory::readback);
-  buffer(deep_, " deep pairs", pairs * sizeof(std::uint32_t), gpu::Memory::upload);
+  buffer(listed_pairs_, " listed pairs", pairs * sizeof(std::uint32_t), gpu::Memory::upload);
   buffer(touching_, " touching pairs", pairs * sizeof(std::uint32_t), gpu::Memory::upload);
   buffer(points_, " points", pairs * sizeof(shared::PairPoints), gpu::Memory::readback);
   surfaces_.add_buffers(options_.name, needs);
@@ -101,9 +107,10 @@ std::vector<const gpu::Buffer*> GpuContactQuery::bound_buffers(gpu::ShaderId sha
     return {
         &tlas.nodes(slot), &tlas.instances(slot), &tlas.still_bounds(slot), &bodies_buffer_, &counts_, &ids_,
         &spaces_};
-  if (shader != contact_distance && shader != contact_depth && shader != contact_points)
-    return surfaces_.bound_buffers(shader, pool);
-  return {&pool.hulls(), &pairs_, &results_, shader == contact_depth ? &deep_ : &touching_, &points_};
+  if (shader == contact_distance || shader == contact_distance_double || shader == contact_depth)
+    return {&pool.hulls(), &pairs_, &results_, &listed_pairs_};
+  if (shader == contact_points) return {&pool.hulls(), &pairs_, &results_, &touching_, &points_};
+  return surfaces_.bound_buffers(shader, pool);
 }
 
 std::optional<BadInput> GpuContactQuery::check(std::uint32_t count, const RowSource& rows,
@@ -119,8 +126,10 @@ gpu::ShaderId GpuContactQuery::shader_of(std::uint32_t stage) noexcept {
   if (stage == points) return Id::contact_points;
   if (stage >= surface_feet) return Id::surface_feet;
   if (stage >= surface_samples) return Id::surface_descent;
-  constexpr std::array of_stages{Id::contact_distance, Id::contact_depth, Id::surface_bounds,
-                                 Id::surface_near,     Id::surface_gap,   Id::surface_inside};
+  constexpr std::array of_stages{Id::contact_distance, Id::contact_distance_double,
+                                 Id::contact_depth,    Id::surface_bounds,
+                                 Id::surface_near,     Id::surface_gap,
+                                 Id::surface_inside};
   return of_stages[stage - distance];
 }
 
@@ -146,7 +155,8 @@ std::uint32_t GpuContactQuery::begin_first_stage(std::uint32_t count, const Batc
 std::uint32_t GpuContactQuery::begin_stage(std::uint32_t stage, const BatchWorld& world) noexcept {
   if (stage == more_candidates) return begin_more_candidates();
   if (stage == distance) return begin_distance(world);
-  if (stage == depth) return begin_depth();
+  if (stage == double_distance) return list_pairs(shared::pair_needs_double);
+  if (stage == depth) return list_pairs(shared::pair_needs_depth);
   if (stage == surface_bounds) return surfaces_.begin_bounds();
   if (stage == surface_near) return surfaces_.begin_near();
   if (stage == surface_gaps) return surfaces_.begin_gaps();
@@ -173,12 +183,12 @@ std::uint32_t GpuContactQuery::begin_distance(const BatchWorld& world) noexcept 
   return static_cast<std::uint32_t>(candidates_.part_pairs().size());
 }
 
-std::uint32_t GpuContactQuery::begin_depth() noexcept {
+std::uint32_t GpuContactQuery::list_pairs(std::uint32_t state) noexcept {
   const auto results = results_.host_as<const shared::PairResult>();
-  const auto deep = deep_.host_as<std::uint32_t>();
+  const auto listed = listed_pairs_.host_as<std::uint32_t>();
   std::uint32_t count = 0;
   for (std::uint32_t pair = 0; pair < candidates_.part_pairs().size(); ++pair)
-    if (results[pair].state == shared::pair_penetrates) deep[count++] = pair;
+    if (results[pair].state == state) listed[count++] = pair;
   return count;
 }
 
@@ -204,23 +214,23 @@ std::uint32_t GpuContactQuery::begin_points(const BatchWorld& world) noexcept {
 bool GpuContactQuery::judge_convex(const ContactCandidates::Candidate& candidate,
                                    ContactPair& pair) const noexcept {
   const auto results = results_.host_as<const shared::PairResult>();
-  // The nearest or deepest parts, and bounds of the distance that undecided parts may have.
+  // The bounds are those of the nearest or deepest parts.
   pair.distance_m = pair.min_distance_m = pair.max_distance_m = std::numeric_limits<float>::max();
-  bool is_undecided = false;
   for (std::uint32_t i = candidate.first_pair; i < candidate.end_pair; ++i) {
     const shared::PairResult& result = results[i];
     if (result.state == shared::pair_unfinished) return false;
     pair.min_distance_m = std::min(pair.min_distance_m, result.min_m);
     pair.max_distance_m = std::min(pair.max_distance_m, result.max_m);
-    is_undecided = is_undecided || result.state == shared::pair_undecided;
-    if (result.state != shared::pair_undecided)
-      pair.distance_m = std::min(pair.distance_m, result.distance_m);
+    pair.distance_m = std::min(pair.distance_m, result.distance_m);
   }
-  // Parts whose bounds are known to be farther than others say nothing.
-  is_undecided = is_undecided && pair.min_distance_m < pair.distance_m;
-  if (is_undecided) {
-    pair.distance_m = pair.max_distance_m;
-    pair.status = PairStatus::undecided;
+  // Bounds that are wider than the precision decide where no threshold lies between them.
+  const float margin_m = searches_[candidate.search].margin_m;
+  const auto contains = [&](float threshold_m) {
+    return pair.min_distance_m <= threshold_m && pair.max_distance_m > threshold_m;
+  };
+  for (std::uint32_t i = candidate.first_pair; i < candidate.end_pair; ++i) {
+    const bool is_wide = results[i].state == shared::pair_undecided && results[i].min_m < pair.max_distance_m;
+    if (is_wide && (contains(0.0f) || contains(margin_m))) pair.status = PairStatus::undecided;
   }
   return true;
 }
@@ -296,7 +306,6 @@ void GpuContactQuery::list_touching(const ContactCandidates::Candidate& candidat
   const auto first_touching = static_cast<std::uint32_t>(touching_pairs_.size());
   for (std::uint32_t i = candidate.first_pair; i < candidate.end_pair; ++i) {
     const shared::PairResult& result = results[i];
-    if (result.state == shared::pair_undecided) continue;
     const bool is_nearest = result.distance_m == pair.distance_m;
     const bool has_points = result.distance_m <= from.margin_m;
     if (!is_nearest && !has_points) continue;
@@ -447,7 +456,8 @@ void GpuContactQuery::choose_points(std::uint32_t answered) noexcept {
       take(range.first, k);
     return;
   }
-  PointChoice choice(pair.n_world);
+  const auto records = pairs_.host_as<const shared::PairRecord>();
+  PointChoice choice(pair.n_world, 0.1f * records[touching_pairs_[range.first].pair].precision_m);
   for (PointChoice::Step step = choice.begin(); step != PointChoice::Step::done; step = choice.next()) {
     for (std::uint32_t place = range.first; place < range.end; ++place) {
       if (!touching_pairs_[place].is_done) continue;
@@ -471,8 +481,9 @@ bool GpuContactQuery::is_incomplete(std::uint32_t place) const noexcept {
   switch (stage()) {
     case distance:
       return state_of(place) == shared::pair_unfinished;
+    case double_distance:
     case depth:
-      return state_of(deep_.host_as<const std::uint32_t>()[place]) == shared::pair_unfinished;
+      return state_of(listed_pairs_.host_as<const std::uint32_t>()[place]) == shared::pair_unfinished;
     case points:
       return points_.host_as<const shared::PairPoints>()[place].count == 0;
     case candidates:

@@ -3,8 +3,10 @@
 //
 //   candidates       a search of the tree for each body: the bodies whose oriented bounds overlap its bounds
 //   more candidates  the same for bodies that have more than fit into their first list
-//   distance         GJK for each pair of convex parts (shaders/query/contact/contact_distance.comp)
-//   depth            EPA for those that touch (contact_depth.comp)
+//   distance         GJK for each pair of convex parts, in single precision
+//                    (shaders/query/contact/contact_distance.comp)
+//   double distance  the same in double precision for pairs that single precision does not decide
+//   depth            EPA for those that overlap, in double precision (contact_depth.comp)
 //   surface bounds, near, gaps, insides, samples, descents
 //                    searches of the triangles of pairs of surfaces (surface_pairs.hpp)
 //   points           of convex pairs that touch or are within the margin: their faces clipped against each
@@ -53,6 +55,7 @@ class GpuContactQuery final : public ContactQuery, public GpuQuery {
     candidates,
     more_candidates,
     distance,
+    double_distance,
     depth,
     surface_bounds,
     surface_near,
@@ -102,7 +105,8 @@ class GpuContactQuery final : public ContactQuery, public GpuQuery {
   const Kernel& kernel_of(std::uint32_t stage) const noexcept;
   std::uint32_t begin_more_candidates() noexcept;
   std::uint32_t begin_distance(const BatchWorld& world) noexcept;
-  std::uint32_t begin_depth() noexcept;
+  /// Lists the pairs of parts that a stage left in this state.
+  std::uint32_t list_pairs(std::uint32_t state) noexcept;
   std::uint32_t begin_points(const BatchWorld& world) noexcept;
   /// Appends a pair without its points to the answer, unless it is apart by more than the margin and not
   /// named.
@@ -141,7 +145,7 @@ class GpuContactQuery final : public ContactQuery, public GpuQuery {
   std::uint32_t count_ = 0;                     // searches of the batch
 
   gpu::Buffer bodies_buffer_, counts_, spaces_, ids_;
-  gpu::Buffer pairs_, results_, deep_, touching_, points_;
+  gpu::Buffer pairs_, results_, listed_pairs_, touching_, points_;
 };
 
 }  // namespace rtstdb::query

@@ -5,8 +5,13 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
+
+#include <rtstdb/limits.hpp>
+
+#include "rtstdb/query/remainder.hpp"
 
 namespace rtstdb::query {
 namespace {
@@ -17,6 +22,23 @@ glm::dvec3 hull_center_m(const PairBody& body) noexcept {
 
 double diagonal_m(const PairBody& body) noexcept {
   return 2.0 * glm::length(glm::dvec3(body.hull.hull->half_extent_m) * body.row.scale);
+}
+
+/// Upper bound of the distance of the body's omitted corners from its hull.
+double omitted_m(const PairBody& body) noexcept {
+  const glm::dvec3& scale = body.row.scale;
+  return static_cast<double>(body.hull.hull->max_omitted_m) * std::max({scale.x, scale.y, scale.z});
+}
+
+/// Half a unit in the last place of single precision, relative to a value.
+constexpr double half_unit = 0.5 * static_cast<double>(std::numeric_limits<float>::epsilon());
+
+/// Ulp at the largest scaled coordinate of the body.
+double ulp_m(const PairBody& body) noexcept {
+  const glm::dvec3 largest_m =
+      (glm::abs(glm::dvec3(body.hull.hull->center_m)) + glm::dvec3(body.hull.hull->half_extent_m)) *
+      body.row.scale;
+  return std::ldexp(1.0, std::ilogb(std::max({largest_m.x, largest_m.y, largest_m.z})) - 23);
 }
 
 /// A triangle of a hull's mesh, and a point near its plane.
@@ -77,39 +99,39 @@ std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, std::uint
 BodyPoses::BodyPoses(const EntityRow& first, const EntityRow& second, WorldTime t) noexcept {
   const Pose first_pose = pose_at(first.motion, t);
   const Pose second_pose = pose_at(second.motion, t);
-  q_first = glm::quat(first_pose.q_world);
-  q_second = glm::quat(second_pose.q_world);
-  second_m = glm::vec3(second_pose.p_world_m - first_pose.p_world_m);
-  v_relative_mps = glm::vec3(first.motion.v_world_mps - second.motion.v_world_mps);
-  w_first_radps = glm::vec3(first.motion.w_world_radps);
-  w_second_radps = glm::vec3(second.motion.w_world_radps);
+  q_first = first_pose.q_world;
+  q_second = second_pose.q_world;
+  second_m = second_pose.p_world_m - first_pose.p_world_m;
+  v_relative_mps = first.motion.v_world_mps - second.motion.v_world_mps;
+  w_first_radps = first.motion.w_world_radps;
+  w_second_radps = second.motion.w_world_radps;
 }
 
-glm::vec3 BodyPoses::v_relative_at_mps(const glm::vec3& p_first_m) const noexcept {
-  return v_relative_mps + glm::cross(w_first_radps, p_first_m) -
-         glm::cross(w_second_radps, p_first_m - second_m);
+glm::vec3 BodyPoses::v_relative_at_mps(const glm::dvec3& p_first_m) const noexcept {
+  return glm::vec3(v_relative_mps + glm::cross(w_first_radps, p_first_m) -
+                   glm::cross(w_second_radps, p_first_m - second_m));
 }
 
 PairFrame::PairFrame(const PairBody& first, const PairBody& second, WorldTime t) noexcept
-    : BodyPoses(first.row, second.row, t), first_hull(first.hull), second_hull(second.hull) {
-  second_center_m = glm::vec3(hull_center_m(second));
-  first_scale = glm::vec3(first.row.scale);
-  second_scale = glm::vec3(second.row.scale);
-}
+    : BodyPoses(first.row, second.row, t),
+      second_center_m(hull_center_m(second)),
+      first_scale(first.row.scale),
+      second_scale(second.row.scale),
+      first_hull(first.hull),
+      second_hull(second.hull) {}
 
 ContactPoint PairFrame::contact_point(const glm::vec4& point, const glm::vec3& n_world,
                                       std::uint32_t first_face, std::uint32_t second_face) const noexcept {
-  const glm::vec3 from_second_m = q_second * (second_center_m + glm::vec3(point));
-  const glm::vec3 p_first_m = second_m + from_second_m;
+  const glm::dvec3 p_first_m = from_first(glm::vec3(point));
   const float depth_m = point.w;
-  const glm::vec3 half = 0.5f * depth_m * n_world;
-  const glm::vec3 on_first = (glm::conjugate(q_first) * (p_first_m - half)) / first_scale;
-  const glm::vec3 on_second = (glm::conjugate(q_second) * (from_second_m + half)) / second_scale;
-  return {.p_first_m = p_first_m,
+  const glm::dvec3 half_m = 0.5 * static_cast<double>(depth_m) * glm::dvec3(n_world);
+  const glm::dvec3 on_first_m = (glm::conjugate(q_first) * (p_first_m - half_m)) / first_scale;
+  const glm::dvec3 on_second_m = (glm::conjugate(q_second) * (p_first_m - second_m + half_m)) / second_scale;
+  return {.p_first_m = glm::vec3(p_first_m),
           .n_world = n_world,
           .depth_m = depth_m,
-          .first_triangle = triangle_at(first_hull, first_face, glm::dvec3(on_first)),
-          .second_triangle = triangle_at(second_hull, second_face, glm::dvec3(on_second)),
+          .first_triangle = triangle_at(first_hull, first_face, on_first_m),
+          .second_triangle = triangle_at(second_hull, second_face, on_second_m),
           .v_relative_mps = v_relative_at_mps(p_first_m)};
 }
 
@@ -118,24 +140,35 @@ shared::PairRecord pair_record(const PairBody& first, const PairBody& second, Wo
   const Pose first_pose = pose_at(first.row.motion, t);
   const Pose second_pose = pose_at(second.row.motion, t);
   const glm::dquat to_second = glm::conjugate(second_pose.q_world);
-  const glm::dquat q = to_second * first_pose.q_world;
-  const glm::dvec3 apart_m = first_pose.p_world_m - second_pose.p_world_m +
-                             first_pose.q_world * hull_center_m(first) -
-                             second_pose.q_world * hull_center_m(second);
+  const glm::dquat q_second = to_second * first_pose.q_world;
+  const glm::dvec4 q(q_second.x, q_second.y, q_second.z, q_second.w);
+  const glm::dvec3 center_m =
+      to_second * (first_pose.p_world_m - second_pose.p_world_m + first_pose.q_world * hull_center_m(first) -
+                   second_pose.q_world * hull_center_m(second));
   const double first_m = diagonal_m(first);
   const double second_m = diagonal_m(second);
-  return {.q = glm::vec4(static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z),
-                         static_cast<float>(q.w)),
-          .center_m = glm::vec3(to_second * apart_m),
+  const double between_m = glm::length(center_m);
+  // Upper bound: rotating a point of the first body makes 12 roundings of half a unit, and its scale, the
+  // sum with the centre and the product with a direction the rest.
+  const double rounding_m = half_unit * (12.0 * first_m + 4.0 * second_m + 8.0 * between_m);
+  const double precision_m = std::max({contact_precision * std::min(first_m, second_m),
+                                       8.0 * ulp_m(first_m >= second_m ? first : second),
+                                       16.0 * half_unit * (between_m - 0.5 * (first_m + second_m))});
+  return {.q = glm::vec4(q),
+          .q_low = remainder_of(q),
+          .center_m = glm::vec3(center_m),
           .first_hull = first.hull.texel,
-          .first_scale = glm::vec3(first.row.scale),
+          .center_low_m = remainder_of(center_m),
           .second_hull = second.hull.texel,
-          .second_scale = glm::vec3(second.row.scale),
+          .first_scale = glm::vec3(first.row.scale),
           .margin_m = margin_m,
-          .rounding_m = static_cast<float>(0.5 * std::max(first_m, second_m)) * 2.0f *
-                        std::numeric_limits<float>::epsilon(),
-          .size_m = static_cast<float>(std::min(first_m, second_m)),
-          .limit_m = is_named ? std::numeric_limits<float>::max() : margin_m};
+          .first_scale_low = remainder_of(first.row.scale),
+          .limit_m = is_named ? std::numeric_limits<float>::max() : margin_m,
+          .second_scale = glm::vec3(second.row.scale),
+          .rounding_m = static_cast<float>(rounding_m),
+          .second_scale_low = remainder_of(second.row.scale),
+          .precision_m = static_cast<float>(precision_m),
+          .omitted_m = static_cast<float>(omitted_m(first) + omitted_m(second))};
 }
 
 }  // namespace rtstdb::query

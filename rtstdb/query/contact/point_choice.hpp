@@ -24,8 +24,8 @@ class PointChoice {
   };
   enum class Step : std::uint8_t { deepest, farthest, left, right, done };
 
-  /// `n`: the normal of the pair.
-  explicit PointChoice(const glm::vec3& n) noexcept : n_(n) {}
+  /// `n`: the normal of the pair. Depths that differ by less than `tie_m` are equal; the first point counts.
+  PointChoice(const glm::vec3& n, float tie_m) noexcept : n_(n), tie_m_(tie_m) {}
 
   Step begin() noexcept { return step_ = Step::deepest; }
   /// Ends a step in which all points were offered.
@@ -43,7 +43,7 @@ class PointChoice {
   }
   void offer(const Number& number, const glm::vec3& at_m, float depth_m) noexcept {
     const float score = score_of(at_m, depth_m);
-    if (step_ == Step::deepest ? has_best_ && score <= best_score_ : score <= best_score_) return;
+    if (step_ == Step::deepest ? has_best_ && score <= best_score_ + tie_m_ : score <= best_score_) return;
     best_ = number;
     best_at_m_ = at_m;
     best_score_ = score;
@@ -61,6 +61,7 @@ class PointChoice {
   }
 
   glm::vec3 n_;
+  float tie_m_;
   Step step_ = Step::deepest;
   std::array<Number, 4> chosen_{};
   std::array<glm::vec3, 4> at_m_{};

@@ -317,7 +317,7 @@ SurfacePairs::Verdict SurfacePairs::verdict(std::uint32_t pair) const noexcept {
       is_inside = is_inside || depths[near].where == shared::triangle_inside;
       if (!is_first_side(side) || gaps[near].distance_m >= verdict.distance_m) continue;
       verdict.distance_m = gaps[near].distance_m;
-      verdict.n_world = pairs_[pair].poses.q_second * gaps[near].n;
+      verdict.n_world = glm::vec3(pairs_[pair].poses.q_second * glm::dvec3(gaps[near].n));
     }
   }
   if (is_inside) verdict.distance_m = 0.0f;
@@ -327,8 +327,9 @@ SurfacePairs::Verdict SurfacePairs::verdict(std::uint32_t pair) const noexcept {
 SurfacePairs::SidePoint SurfacePairs::side_point(const Pair& pair, bool first_side, const glm::vec3& point_m,
                                                  const glm::vec3& outwards) noexcept {
   const BodyPoses& poses = pair.poses;
-  if (first_side) return {poses.second_m + poses.q_second * point_m, poses.q_second * outwards};
-  return {poses.q_first * point_m, -(poses.q_first * outwards)};
+  const glm::dvec3 p_m(point_m), n(outwards);
+  if (first_side) return {glm::vec3(poses.second_m + poses.q_second * p_m), glm::vec3(poses.q_second * n)};
+  return {glm::vec3(poses.q_first * p_m), glm::vec3(-(poses.q_first * n))};
 }
 
 /// Offers the points of a pair as `offer(number, position, normal, depth)`.
@@ -368,7 +369,7 @@ void SurfacePairs::choose_points(std::uint32_t pair) noexcept {
                  deepest_m = depth_m;
                  n = n_world;
                });
-  PointChoice choice(n);
+  PointChoice choice(n, 0.0f);
   for (PointChoice::Step step = choice.begin(); step != PointChoice::Step::done; step = choice.next()) {
     offer_points(pair, [&](const PointChoice::Number& number, const glm::vec3& p_first_m, const glm::vec3&,
                            float depth_m) {

@@ -17,13 +17,14 @@
 #include "rtstdb/query/dispatch_layout.hpp"
 #include "rtstdb/query/impact/impact_check.hpp"
 #include "rtstdb/query/make_query.hpp"
+#include "rtstdb/query/remainder.hpp"
 #include "shaders/shared/contact.h"
 #include "shaders/shared/query.h"
 
 namespace rtstdb::query {
 namespace {
 
-static_assert(shared::max_convex_steps == max_impact_steps && shared::max_surface_steps == max_impact_steps);
+static_assert(shared::max_advance_steps == max_impact_steps);
 
 constexpr std::uint32_t no_pair = 0xFFFFFFFF;
 
@@ -35,25 +36,8 @@ glm::vec4 as_vec4(const glm::dquat& q) noexcept {
   return {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z), static_cast<float>(q.w)};
 }
 
-glm::vec3 remainder_of(const glm::dvec3& value) noexcept {
-  return glm::vec3(value - glm::dvec3(glm::vec3(value)));
-}
-
 double seconds_of(Nanoseconds time) noexcept {
   return static_cast<double>(time.count()) * 1e-9;
-}
-
-double diagonal_m(const Bounds& bounds, const glm::dvec3& scale) noexcept {
-  return glm::length((glm::dvec3(bounds.maximum_m) - glm::dvec3(bounds.minimum_m)) * scale);
-}
-
-/// What distances are found with: better than a tenth of the tolerance, where single precision allows it.
-double precision_m(double first_diagonal_m, double second_diagonal_m, float tolerance_m) noexcept {
-  const double unit = 2.0 * static_cast<double>(std::numeric_limits<float>::epsilon());
-  const double rounding_m = 0.5 * std::max(first_diagonal_m, second_diagonal_m) * unit;
-  const double wanted_m =
-      std::min(1e-5 * std::min(first_diagonal_m, second_diagonal_m), 0.1 * static_cast<double>(tolerance_m));
-  return std::max(wanted_m, rounding_m);
 }
 
 /// The bodies of the record are set for each pair of parts.
@@ -80,9 +64,6 @@ shared::AdvanceRecord advance_record(const EntityRow& first, const EntityRow& se
           .p_low_m = remainder_of(p_m),
           .second_reach_m = static_cast<float>(reach_m(second_bounds, second.scale)),
           .v_mps = glm::vec3(v_mps),
-          .enough_m =
-              static_cast<float>(precision_m(diagonal_m(first_bounds, first.scale),
-                                             diagonal_m(second_bounds, second.scale), search.tolerance_m)),
           .v_low_mps = remainder_of(v_mps)};
 }
 
@@ -252,9 +233,7 @@ double GpuImpactQuery::time_of(std::uint32_t pair) const noexcept {
 
 bool GpuImpactQuery::is_out_of_steps(std::uint32_t pair) const noexcept {
   const shared::AdvanceState& state = states_.host_as<const shared::AdvanceState>()[pair];
-  const std::uint32_t max_steps =
-      pairs_[pair].is_surfaces ? shared::max_surface_steps : shared::max_convex_steps;
-  return state.state == shared::advance_goes_on && state.steps >= max_steps;
+  return state.state == shared::advance_goes_on && state.steps >= shared::max_advance_steps;
 }
 
 bool GpuImpactQuery::is_before(std::uint32_t pair, const FirstEvent& event) const noexcept {

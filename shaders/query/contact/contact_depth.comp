@@ -1,10 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
-// The depth of two convex bodies that touch or penetrate: the expanding polytope algorithm (van den Bergen
-// 2001). The polytope lies in the Minkowski difference. The least distance of its faces from the origin is a
-// lower bound of the depth, and the support along the normal of such a face is an upper bound. Distances of
-// faces are signed, so that bodies that touch, or that are apart by rounding alone, are no special case.
+// The depth of two convex bodies that touch or penetrate, in double precision: the expanding polytope
+// algorithm (van den Bergen 2001). The polytope lies in the Minkowski difference. If the origin is inside,
+// the least distance of a face from the origin is a lower bound of the depth; the support along the normal of
+// a face is an upper bound, and a gap where it is negative. Of bodies that are apart by rounding alone, the
+// stage before knows an upper bound of the distance.
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
@@ -15,31 +16,41 @@ layout(push_constant, scalar) uniform Push { ContactArgs args; };
 layout(set = 0, binding = 0) uniform samplerBuffer hulls;
 layout(set = 0, binding = 1, scalar) readonly buffer PairsBuffer { PairRecord pairs[]; };
 layout(set = 0, binding = 2, scalar) buffer ResultsBuffer { PairResult results[]; };
-layout(set = 0, binding = 3, scalar) readonly buffer DeepBuffer { uint deep[]; };  // pairs by place
+layout(set = 0, binding = 3, scalar) readonly buffer ListedBuffer { uint listed[]; };  // pairs by place
 
 uint rounds = 0u;
 #include "query/contact/hull.glsl"
-#include "query/nearest_on_triangle.glsl"
+#include "query/contact/result.glsl"
+#include "query/contact/simplex.glsl"
 
-const uint max_vertices = 64u;
-const uint max_faces = 2u * max_vertices;
-const uint local_vertices = 16u;  // of them, for the search in the best direction
+const uint max_vertices = 128u;
+const uint max_faces = 2u * max_vertices;  // a closed polytope of n vertices has 2 n - 4
+const uint local_vertices = 32u;           // of them, for the search in the best direction
+const uint faces_per_step = 4u;
+const uint reserved_rounds = 4000u;  // for the search for the point after the loop
 
-// The polytope. Corners of a face are numbers of vertices, a byte each, counter-clockwise from outside.
-vec3 vertex_w[max_vertices];
-vec3 vertex_a[max_vertices];
+// The polytope. The corners of a face are numbers of vertices, counter-clockwise from outside; its neighbours
+// are the faces beyond the edges from the first to the second corner, and so on. A byte each.
+dvec3 vertex_w[max_vertices];
+dvec3 vertex_a[max_vertices];
 uint vertices = 0u;
 uint face_corners[max_faces];
-vec4 face_planes[max_faces];  // unit normal, distance from the origin
+uint face_neighbours[max_faces];
+dvec3 face_normals[max_faces];     // unit
+double face_distances[max_faces];  // from the origin; real_max: of a face without area
 uint faces = 0u;
-// Edges of the faces that a new vertex removes: of each pair of bits, one edge is inside.
-uvec2 edge_bits[max_vertices];
-uint edges[3u * max_vertices];
-uint edge_count = 0u;
 
-uvec3 corners_of(uint face) {
-  return uvec3(face_corners[face], face_corners[face] >> 8, face_corners[face] >> 16) & 0xFFu;
-}
+// Faces that see a new vertex and are removed, and the edges around them.
+uint removed[max_faces];
+uint removed_count = 0u;
+uint is_removed[max_faces / 32u];  // a bit for each face
+uint edges[max_vertices];          // from, to, the face beyond, and which of its edges; a byte each
+uint edge_count = 0u;
+uint edge_from[max_vertices];  // by vertex: the edge that begins there
+
+uint byte_of(uint word, uint i) { return word >> 8u * i & 0xFFu; }
+
+uint with_byte(uint word, uint i, uint value) { return word & ~(0xFFu << 8u * i) | value << 8u * i; }
 
 void add_vertex(Difference found) {
   vertex_w[vertices] = found.w;
@@ -47,50 +58,36 @@ void add_vertex(Difference found) {
   ++vertices;
 }
 
-void add_face(uint i, uint j, uint k) {
-  const vec3 normal = cross(vertex_w[j] - vertex_w[i], vertex_w[k] - vertex_w[i]);
-  const float area = length(normal);
-  // The distance is that of the corner that is nearest to the origin, which has the least rounding. A face
-  // without area is never the nearest one.
-  const vec3 n = normal / max(area, 1e-37);
-  const vec3 w_i = vertex_w[i];
-  const vec3 w_j = vertex_w[j];
-  const vec3 w_k = vertex_w[k];
-  const float i_square = dot(w_i, w_i);
-  const float j_square = dot(w_j, w_j);
-  const float k_square = dot(w_k, w_k);
-  const vec3 nearest = i_square <= j_square && i_square <= k_square ? w_i : j_square <= k_square ? w_j : w_k;
-  face_corners[faces] = i | j << 8 | k << 16;
-  face_planes[faces] = vec4(n, area > 1e-30 ? dot(n, nearest) : 3.4e38);
-  ++faces;
-}
-
-bool edge_bit(uint from, uint to) { return (edge_bits[from][to >> 5] >> (to & 31u) & 1u) != 0u; }
-
-void flip_edge_bit(uint from, uint to) { edge_bits[from][to >> 5] ^= 1u << (to & 31u); }
-
-// An edge that two removed faces share occurs in both directions and cancels.
-void note_edge(uint from, uint to) {
-  if (edge_bit(to, from)) {
-    flip_edge_bit(to, from);
-  } else {
-    flip_edge_bit(from, to);
-    edges[edge_count] = from | to << 8;
-    ++edge_count;
-  }
+void set_face(uint face, uvec3 corners, uvec3 neighbours) {
+  const dvec3 i = vertex_w[corners.x];
+  const dvec3 j = vertex_w[corners.y];
+  const dvec3 k = vertex_w[corners.z];
+  const dvec3 normal = cross(j - i, k - i);
+  const double area = length(normal);
+  const double longest = max(max(dot(j - i, j - i), dot(k - i, k - i)), dot(k - j, k - j));
+  const dvec3 n = normal / max(area, real_tiny);
+  // The distance is that of the corner that is nearest to the origin, which has the least rounding.
+  const double i_square = dot(i, i);
+  const double j_square = dot(j, j);
+  const double k_square = dot(k, k);
+  const dvec3 nearest = i_square <= j_square && i_square <= k_square ? i : j_square <= k_square ? j : k;
+  face_corners[face] = corners.x | corners.y << 8 | corners.z << 16;
+  face_neighbours[face] = neighbours.x | neighbours.y << 8 | neighbours.z << 16;
+  face_normals[face] = n;
+  face_distances[face] = area > 1e-14LF * longest ? dot(n, nearest) : real_max;
 }
 
 // The corners of a tetrahedron of support points, as large as simple choices make it. False: the difference
 // has no volume along `flat_normal`.
-bool make_tetrahedron(Hull first, Hull second, float least, out vec3 flat_normal) {
-  float longest = -1.0;
+bool make_tetrahedron(Hull first, Hull second, double least, out dvec3 flat_normal) {
+  double longest = -1.0LF;
   Difference low, high;
   [[unroll]] for (int axis = 0; axis < 3; ++axis) {
-    vec3 d = vec3(0.0);
-    d[axis] = 1.0;
+    dvec3 d = dvec3(0.0LF);
+    d[axis] = 1.0LF;
     const Difference above = support_of_difference(first, second, d);
     const Difference below = support_of_difference(first, second, -d);
-    const vec3 span = above.w - below.w;
+    const dvec3 span = above.w - below.w;
     const bool is_longer = dot(span, span) > longest;
     longest = is_longer ? dot(span, span) : longest;
     if (is_longer) {
@@ -100,77 +97,90 @@ bool make_tetrahedron(Hull first, Hull second, float least, out vec3 flat_normal
   }
   add_vertex(low);
   add_vertex(high);
-  const vec3 line = (high.w - low.w) / max(sqrt(longest), 1e-37);
-  const vec3 across = normalize(cross(line, abs(line.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
-  const vec3 beside = cross(line, across);
-  float widest = -1.0;
+  const dvec3 line = (high.w - low.w) / max(sqrt(longest), real_tiny);
+  const dvec3 across =
+      normalize(cross(line, abs(line.x) < 0.6LF ? dvec3(1.0LF, 0.0LF, 0.0LF) : dvec3(0.0LF, 1.0LF, 0.0LF)));
+  const dvec3 beside = cross(line, across);
+  double widest = -1.0LF;
   Difference third;
-  [[unroll]] for (uint k = 0u; k < 4u; ++k) {
-    const vec3 d = (k & 2u) == 0u ? across : beside;
-    const Difference found = support_of_difference(first, second, (k & 1u) == 0u ? d : -d);
-    const vec3 off = cross(line, found.w - low.w);
-    const bool is_wider = dot(off, off) > widest;
-    widest = is_wider ? dot(off, off) : widest;
-    if (is_wider) third = found;
+  // Along four directions across the line, and then along the widest of these.
+  dvec3 off = dvec3(0.0LF);
+  [[unroll]] for (uint k = 0u; k < 6u; ++k) {
+    const dvec3 toward = k < 4u ? ((k & 2u) == 0u ? across : beside) : off / max(length(off), real_tiny);
+    const Difference found = support_of_difference(first, second, (k & 1u) == 0u ? toward : -toward);
+    const dvec3 span = found.w - low.w;
+    const dvec3 beyond = span - dot(span, line) * line;
+    const bool is_wider = dot(beyond, beyond) > widest;
+    widest = is_wider ? dot(beyond, beyond) : widest;
+    if (is_wider) {
+      third = found;
+      off = beyond;
+    }
   }
   add_vertex(third);
-  const vec3 n = cross(line, third.w - low.w);
-  flat_normal = n / max(length(n), 1e-37);
+  const dvec3 n = cross(line, off);
+  flat_normal = n / max(length(n), real_tiny);
   const Difference above = support_of_difference(first, second, flat_normal);
   const Difference below = support_of_difference(first, second, -flat_normal);
-  const float up = dot(flat_normal, above.w - low.w);
-  const float down = dot(flat_normal, low.w - below.w);
-  if (up >= down)
+  const double up = dot(flat_normal, above.w - low.w);
+  const double down = dot(flat_normal, low.w - below.w);
+  const bool is_above = up >= down;
+  if (is_above)
     add_vertex(above);
   else
     add_vertex(below);
   if (max(up, down) <= least) return false;
   // Seen from the fourth corner, the first three are counter-clockwise if it is below them.
-  const bool is_above = up >= down;
-  add_face(0u, is_above ? 2u : 1u, is_above ? 1u : 2u);
-  add_face(0u, is_above ? 1u : 3u, is_above ? 3u : 1u);
-  add_face(1u, is_above ? 2u : 3u, is_above ? 3u : 2u);
-  add_face(2u, is_above ? 0u : 3u, is_above ? 3u : 0u);
+  set_face(0u, uvec3(0u, is_above ? 2u : 1u, is_above ? 1u : 2u),
+           uvec3(is_above ? 3u : 1u, 2u, is_above ? 1u : 3u));
+  set_face(1u, uvec3(0u, is_above ? 1u : 3u, is_above ? 3u : 1u),
+           uvec3(is_above ? 0u : 3u, 2u, is_above ? 3u : 0u));
+  set_face(2u, uvec3(1u, is_above ? 2u : 3u, is_above ? 3u : 2u),
+           uvec3(is_above ? 0u : 1u, 3u, is_above ? 1u : 0u));
+  set_face(3u, uvec3(2u, is_above ? 0u : 3u, is_above ? 3u : 0u),
+           uvec3(is_above ? 0u : 2u, 1u, is_above ? 2u : 0u));
+  faces = 4u;
   return true;
 }
 
-// The face that is nearest to the origin, or, if `n` is not zero, the one whose normal is nearest to n.
-uint nearest_face(vec3 n) {
-  const bool by_normal = n != vec3(0.0);
+// The face that is nearest to the origin, or, if `is_local`, the one whose normal is nearest to n.
+uint nearest_face(bool is_local, dvec3 n) {
   uint best = 0u;
-  float least = 3.4e38;
+  double least = real_max;
   uint f = 0u;
   do {
     ++rounds;
     if (f < faces) {
-      const vec4 plane = face_planes[f];
-      const float score = by_normal && plane.w < 3e38 ? -dot(plane.xyz, n) : plane.w;
-      best = score < least ? f : best;
-      least = min(score, least);
-      ++f;
+      [[unroll]] for (uint k = 0u; k < faces_per_step; ++k) {
+        const uint face = min(f + k, max_faces - 1u);
+        const double distance = face_distances[face];
+        const double score = is_local && distance < real_max ? -dot(face_normals[face], n) : distance;
+        const bool is_nearer = f + k < faces && score < least;
+        best = is_nearer ? face : best;
+        least = is_nearer ? score : least;
+      }
+      f += faces_per_step;
     }
   } while (f < faces);
   return best;
 }
 
-// The point of the first body at the point of the polytope that is nearest to `target`, among the faces whose
-// normal has at least this cosine with n. Several faces may lie in one plane; of those, one contains that
-// point.
-vec3 first_point_near(vec3 target, vec3 n, float min_cosine, float limit) {
-  float least = 3.4e38;
-  vec3 a = vec3(0.0);
+// The point of the first body at the point of the polytope that is nearest to `target`.
+dvec3 first_point_near(dvec3 target) {
+  double least = real_max;
+  dvec3 a = dvec3(0.0LF);
   uint f = 0u;
   do {
     ++rounds;
     if (f < faces) {
-      const uvec3 c = corners_of(f);
-      const vec4 plane = face_planes[f];
-      const TrianglePoint nearest =
-          nearest_on_triangle(vertex_w[c.x] - target, vertex_w[c.y] - target, vertex_w[c.z] - target);
-      const bool is_nearer = plane.w <= limit && dot(plane.xyz, n) > min_cosine && nearest.square < least;
+      const uint word = face_corners[f];
+      const uvec3 c = uvec3(byte_of(word, 0u), byte_of(word, 1u), byte_of(word, 2u));
+      const NearestOfTriangle nearest =
+          nearest_of_triangle(vertex_w[c.x] - target, vertex_w[c.y] - target, vertex_w[c.z] - target);
+      const bool is_nearer = nearest.square < least;
       least = is_nearer ? nearest.square : least;
-      a = is_nearer ? (1.0 - nearest.u - nearest.v) * vertex_a[c.x] + nearest.u * vertex_a[c.y] +
-                          nearest.v * vertex_a[c.z]
+      a = is_nearer ? nearest.weights.x * vertex_a[c.x] + nearest.weights.y * vertex_a[c.y] +
+                          nearest.weights.z * vertex_a[c.z]
                     : a;
       ++f;
     }
@@ -178,122 +188,169 @@ vec3 first_point_near(vec3 target, vec3 n, float min_cosine, float limit) {
   return a;
 }
 
-bool is_close(float lower, float upper, float enough) {
-  return upper - lower <= max(enough, 0.01 * abs(upper));
+void remove_face(uint face) {
+  removed[removed_count++] = face;
+  is_removed[face >> 5] |= 1u << (face & 31u);
 }
 
-// Replaces the faces that see the new vertex. False: rounding has broken the polytope.
-bool expand(Difference found, float least) {
-  const uint added = vertices;
-  add_vertex(found);
+// Finds the faces that see the point, beginning with one of them and going on over neighbours, and the edges
+// around these faces.
+void find_visible(uint visible, dvec3 w, double least) {
+  [[unroll]] for (uint i = 0u; i < max_faces / 32u; ++i) is_removed[i] = 0u;
+  removed_count = 0u;
   edge_count = 0u;
+  remove_face(visible);
+  uint next = 0u;
+  do {
+    ++rounds;
+    if (next < removed_count) {
+      const uint face = removed[next];
+      const uint neighbours = face_neighbours[face];
+      [[unroll]] for (uint k = 0u; k < 3u; ++k) {
+        const uint beside = byte_of(neighbours, k);
+        if ((is_removed[beside >> 5] >> (beside & 31u) & 1u) == 0u) {
+          const double distance = face_distances[beside];
+          if (dot(face_normals[beside], w) - distance > least || distance == real_max) remove_face(beside);
+        }
+      }
+      ++next;
+    }
+  } while (next < removed_count);
+  next = 0u;
+  do {
+    ++rounds;
+    if (next < removed_count) {
+      const uint face = removed[next];
+      const uint corners = face_corners[face];
+      const uint neighbours = face_neighbours[face];
+      [[unroll]] for (uint k = 0u; k < 3u; ++k) {
+        const uint beside = byte_of(neighbours, k);
+        const uint from = byte_of(corners, k);
+        const uint to = byte_of(corners, (k + 1u) % 3u);
+        const bool is_border = (is_removed[beside >> 5] >> (beside & 31u) & 1u) == 0u;
+        if (is_border && edge_count < max_vertices) {
+          // The edge of the face beyond begins where this one ends.
+          const uint of_beside = face_corners[beside];
+          const uint which = byte_of(of_beside, 0u) == to ? 0u : byte_of(of_beside, 1u) == to ? 1u : 2u;
+          edge_from[from] = edge_count;
+          edges[edge_count++] = from | to << 8 | beside << 16 | which << 24;
+        }
+      }
+      ++next;
+    }
+  } while (next < removed_count);
+}
+
+// The place of a new face: that of a removed one, or behind the last.
+uint place_of_new(uint i) { return i < removed_count ? removed[i] : faces + i - removed_count; }
+
+// Replaces the faces that see the new vertex by faces between it and their border. False: there is no room,
+// or rounding has made the border more than one loop; the polytope is then as before.
+bool expand(Difference found, uint visible, double least) {
+  find_visible(visible, found.w, least);
+  bool is_loop = edge_count >= 3u && edge_count == removed_count + 2u &&
+                 faces + edge_count - removed_count <= max_faces && vertices < max_vertices;
+  // Whether the edges are one loop: it returns to its first edge after all of them and not before.
+  uint edge = 0u;
   uint i = 0u;
   do {
     ++rounds;
-    if (i < added) edge_bits[i++] = uvec2(0u);
-  } while (i < added);
-  uint kept = 0u;
-  uint f = 0u;
-  bool fits = true;
-  do {
-    ++rounds;
-    if (f < faces) {
-      const vec4 plane = face_planes[f];
-      const uvec3 corners = corners_of(f);
-      // The corner nearest to the origin stands for the plane, so that both sides have the same rounding.
-      const bool sees = dot(plane.xyz, found.w) - plane.w > least || plane.w > 3e38;
-      fits = fits && edge_count + 3u <= 3u * max_vertices;
-      if (sees && fits) {
-        note_edge(corners.x, corners.y);
-        note_edge(corners.y, corners.z);
-        note_edge(corners.z, corners.x);
-      } else {
-        face_planes[kept] = plane;
-        face_corners[kept] = face_corners[f];
-        ++kept;
-      }
-      ++f;
+    if (is_loop && i < edge_count) {
+      const uint end = byte_of(edges[edge], 1u);
+      edge = min(edge_from[end], edge_count - 1u);
+      ++i;
+      is_loop = byte_of(edges[edge], 0u) == end && (edge == 0u) == (i == edge_count);
     }
-  } while (f < faces);
-  faces = kept;
-  uint border = 0u;
-  uint e = 0u;
-  do {
-    ++rounds;
-    if (e < edge_count) {
-      const uint from = edges[e] & 0xFFu;
-      const uint to = edges[e] >> 8;
-      // An edge may be listed twice, when it was cancelled in between.
-      if (edge_bit(from, to)) {
-        flip_edge_bit(from, to);
-        ++border;
-        fits = fits && faces < max_faces;
-        if (fits) add_face(from, to, added);
+  } while (is_loop && i < edge_count);
+  if (is_loop) {
+    const uint added = vertices;
+    add_vertex(found);
+    uint count = 0u;
+    edge = 0u;
+    do {
+      ++rounds;
+      if (count < edge_count) {
+        const uint word = edges[edge];
+        const uint beside = byte_of(word, 2u);
+        const uint place = place_of_new(count);
+        const uint before = place_of_new(count > 0u ? count - 1u : edge_count - 1u);
+        const uint behind = place_of_new(count + 1u < edge_count ? count + 1u : 0u);
+        set_face(place, uvec3(byte_of(word, 0u), byte_of(word, 1u), added), uvec3(beside, behind, before));
+        face_neighbours[beside] = with_byte(face_neighbours[beside], byte_of(word, 3u), place);
+        edge = edge_from[byte_of(word, 1u)];
+        ++count;
       }
-      ++e;
-    }
-  } while (e < edge_count);
-  return fits && border >= 3u;
+    } while (count < edge_count);
+    faces += edge_count - removed_count;
+  }
+  return is_loop;
 }
 
 void main() {
   const uint place = place_of_invocation(args.first, args.per_group);
   if (place >= args.end) return;
   if (skips_when_halted(args.halt, place + args.halt_from)) return;
-  const uint index = deep[place];
+  const uint index = listed[place];
   const PairRecord record = pairs[index];
+  const PairResult prior = results[index];
   const Hull first = first_hull_of(record);
   const Hull second = second_hull_of(record);
-  const float enough = max(1e-5 * record.size_m, record.rounding_m);
+  const double skins = first.skin + second.skin;
+  const double rounding = rounding_of(record);
+  const bool is_curved = (first.round_radius > 0.0LF && first.skin == 0.0LF) ||
+                         (second.round_radius > 0.0LF && second.skin == 0.0LF);
 
-  PairResult result = PairResult(vec3(0.0), 0.0, vec3(0.0), pair_deep, 0.0, 0.0);
-  vec3 flat_normal;
-  bool goes_on = make_tetrahedron(first, second, 0.1 * enough, flat_normal);
-  if (!goes_on) {
-    // Two flat bodies in one plane touch.
-    const vec3 turned = dot(flat_normal, record.center_m) < 0.0 ? -flat_normal : flat_normal;
-    result.n = turned;
-    result.point_m = support(first, -turned);
-  }
-  float upper = 3.4e38;
-  float lower = -3.4e38;
-  vec3 n = vec3(0.0);
-  float depth = 0.0;  // along n
-  // Bodies of revolution about one line have the same depth in many directions, and no polytope of this size
-  // follows all of them. When the bounds are within 1 %, the search goes on in the best direction alone.
+  dvec3 n;
+  bool goes_on = make_tetrahedron(first, second, rounding, n);
+  const bool is_flat = !goes_on;
+  // Two flat bodies in one plane touch along its normal.
+  if (dot(n, first.center) < 0.0LF) n = -n;
+  double upper = is_flat ? 0.0LF : real_max;  // of the depth, along -n
+  double lower = -real_max;
   bool is_local = false;
-  bool converged = false;
   do {
     ++rounds;
     if (goes_on) {
-      const vec4 plane = face_planes[nearest_face(is_local ? n : vec3(0.0))];
-      const Difference found = support_of_difference(first, second, plane.xyz);
-      const float height = dot(found.w, plane.xyz);
-      const float slack = max(0.1 * enough, 1e-4 * abs(height));
-      // The body ends at the face. In the best direction alone, that face may be far from the best depth.
-      const bool is_on_face = height - plane.w <= slack;
-      const bool is_best = height < upper || (is_on_face && height <= upper + slack);
-      converged = is_on_face && is_best;
-      n = is_best ? plane.xyz : n;
-      depth = is_best ? height : depth;
+      const uint face = nearest_face(is_local, -n);
+      const dvec3 outward = face_normals[face];
+      const double distance = face_distances[face];
+      const Difference found = support_of_difference(first, second, outward);
+      const double height = dot(found.w, outward);
+      // The body ends at the face. In the best direction alone, that face may be far from the least depth.
+      const bool is_end = height - distance <= 0.1LF * rounding && height <= upper + 0.1LF * rounding;
+      lower = is_local ? lower : max(lower, min(distance, height));
+      n = height < upper ? -outward : n;
       upper = min(upper, height);
-      lower = is_local ? lower : max(lower, min(plane.w, height));
-      is_local = is_local || (vertices >= max_vertices - local_vertices && is_close(lower, upper, enough));
-      goes_on = !is_on_face && vertices < max_vertices && rounds < max_rounds - 4000u &&
-                expand(found, 0.05 * enough);
+      // Curved bodies may have nearly the same depth in more directions than the polytope can follow. When
+      // the bounds are within 1 %, the search goes on in the best direction alone.
+      is_local = is_local || (vertices >= max_vertices - local_vertices && lower > 0.99LF * upper);
+      goes_on = !is_end && distance < real_max && rounds < max_rounds - reserved_rounds &&
+                expand(found, face, 0.01LF * rounding);
     }
   } while (goes_on);
-  if (n != vec3(0.0)) {
-    result.state = converged || is_close(lower, upper, enough) ? pair_deep : pair_undecided;
-    result.n = -n;
-    result.distance_m = -depth;
-    // Where the search ended early, no face has the normal n. Then all faces are searched: the result is
-    // still a point of the first body, and the point of the second one beside it is near its surface.
-    result.point_m =
-        first_point_near(depth * n, n, converged ? 0.9999 : -2.0, converged ? depth + enough : 3e38);
-    result.min_m = -upper;
-    result.max_m = -min(lower, upper);
+  dvec3 point = is_flat ? support(first, -n) : first_point_near(-upper * n);
+  if (is_curved) {
+    const dvec3 refined = refined_by_axis(first, second, n);
+    const double gap = gap_along(first, second, refined);
+    n = gap > -upper ? refined : n;
+    upper = min(upper, -gap);
   }
-  if (!loops_still_turn(args.loop_probe)) result.state = pair_unfinished;
-  results[index] = result;
+
+  double min_m = -upper - rounding - skins - double(record.omitted_m);
+  double max_m = min(double(prior.max_m), lower > rounding ? rounding - lower - skins : real_max);
+  // Bounds of the stage before may be better where the bodies are apart.
+  const bool is_prior_better = double(prior.min_m) > min_m;
+  n = is_prior_better ? dvec3(prior.n) : n;
+  point = is_prior_better ? dvec3(prior.point_m) : point - first.skin * n;
+  const double distance = is_prior_better ? double(prior.distance_m) : -upper - skins;
+  min_m = max(min_m, double(prior.min_m));
+  max_m = max(min_m, max_m);
+  PairResult result = result_of(n, point, distance, min_m, max_m);
+  const double width = max(double(record.precision_m), distance < 0.0LF ? -0.01LF * distance : 0.0LF);
+  result.state = max_m - min_m <= width ? pair_known : pair_undecided;
+  // A retry needs the bounds of the stage before.
+  if (loops_still_turn(args.loop_probe))
+    results[index] = result;
+  else
+    results[index].state = pair_unfinished;
 }

@@ -22,36 +22,36 @@ uint rounds = 0u;
 
 const uint max_clipped = 2u * hull_max_polygon_corners;
 
-vec3 side[hull_max_polygon_corners];  // the polygon whose sides clip
+real3 side[hull_max_polygon_corners];  // the polygon whose sides clip
 uint sides = 0u;
-vec3 clipped[max_clipped];  // the other polygon, and what is left of it
+real3 clipped[max_clipped];  // the other polygon, and what is left of it
 uint clipped_count = 0u;
-vec3 copied[max_clipped];
+real3 copied[max_clipped];
 
 // Of a solid's curved surface: the line on it that is parallel to the axis, or a single point. Then `index`
 // is the number of flat faces.
 struct Face {
   uint index;
-  vec3 normal;  // unit, frame of the pair
+  real3 normal;  // unit, frame of the pair
   uint polygon_texel;
   uint corner_count;  // 2: a line; 0: a single point
-  vec3 from;          // of a line
-  vec3 to;
+  real3 from;         // of a line
+  real3 to;
 };
 
 // The line of a capsule or a cylinder, whose core has two corners, that faces the direction; of a sphere, or
 // where the direction is along the axis, a single point.
-Face curved_face(Hull hull, vec3 direction) {
-  Face face = Face(hull.faces, direction, 0u, 0u, vec3(0.0), vec3(0.0));
-  const vec3 from = texelFetch(hulls, int(hull.texel + hull_header_texels)).xyz;
-  const vec3 to = texelFetch(hulls, int(hull.texel + hull_header_texels) + 1).xyz;
-  const vec3 axis = to - from;
-  const float square = dot(axis, axis);
-  const vec3 d = hull.scale * (direction * hull.axes);
-  const vec3 across = d - axis * (dot(axis, d) / max(square, 1e-37));
-  const float length_across = length(across);
+Face curved_face(Hull hull, real3 direction) {
+  Face face = Face(hull.faces, direction, 0u, 0u, real3(0.0LF), real3(0.0LF));
+  const real3 from = corner_at(hull, hull.texel + hull_header_texels);
+  const real3 to = corner_at(hull, hull.texel + hull_header_texels + 1u);
+  const real3 axis = to - from;
+  const real square = dot(axis, axis);
+  const real3 d = hull.scale * (direction * hull.axes);
+  const real3 across = d - axis * (dot(axis, d) / max(square, 1e-37));
+  const real length_across = length(across);
   if (square > 0.0 && length_across > 1e-6 * length(d)) {
-    const vec3 outwards = across / length_across;
+    const real3 outwards = across / length_across;
     face.normal = normalize(hull.axes * (outwards / hull.scale));
     face.corner_count = 2u;
     face.from = placed(hull, from + hull.round_radius * outwards);
@@ -61,21 +61,32 @@ Face curved_face(Hull hull, vec3 direction) {
 }
 
 // The sine of the angle between two lines.
-float crossing_of(Face first, Face second) {
+real crossing_of(Face first, Face second) {
   return length(cross(normalize(first.to - first.from), normalize(second.to - second.from)));
 }
 
 // The score of a face: the cosine between its normal and `direction`, less the distance of `point` from its
 // plane beyond slack_m, in units of slack_m.
-float score_of(vec3 normal, vec3 on_plane, vec3 point, vec3 direction, float slack_m) {
-  const float off = max(abs(dot(normal, point - on_plane)) - slack_m, 0.0);
+real score_of(real3 normal, real3 on_plane, real3 point, real3 direction, real slack_m) {
+  const real off = max(abs(dot(normal, point - on_plane)) - slack_m, 0.0);
   return dot(normal, direction) - off / slack_m;
 }
 
+// The normal of a polygon in double precision: that of three of its corners, where it differs from the stored
+// normal by rounding.
+real3 normal_of_polygon(Hull hull, Face face) {
+  const real3 a = placed(hull, corner_at(hull, face.polygon_texel));
+  const real3 b = placed(hull, corner_at(hull, face.polygon_texel + face.corner_count / 3u));
+  const real3 c = placed(hull, corner_at(hull, face.polygon_texel + 2u * face.corner_count / 3u));
+  const real3 n = cross(b - a, c - a);
+  const real3 unit = n / max(length(n), real_tiny);
+  return length(cross(unit, face.normal)) < 1e-6LF && dot(unit, face.normal) > 0.0LF ? unit : face.normal;
+}
+
 // The face of a hull that is most perpendicular to `direction`, of those whose plane contains the point.
-Face face_at(Hull hull, vec3 point, vec3 direction, float slack_m) {
-  Face best = Face(0u, direction, hull.polygon_texel, 0u, vec3(0.0), vec3(0.0));
-  float best_score = -3.4e38;
+Face face_at(Hull hull, real3 point, real3 direction, real slack_m) {
+  Face best = Face(0u, direction, hull.polygon_texel, 0u, real3(0.0LF), real3(0.0LF));
+  real best_score = -3.4e38;
   if (hull.round_radius > 0.0) {
     const Face curved = curved_face(hull, direction);
     best_score =
@@ -92,22 +103,23 @@ Face face_at(Hull hull, vec3 point, vec3 direction, float slack_m) {
       const vec4 texel = texelFetch(hulls, int(hull.face_texel + f));
       const uint polygon = floatBitsToUint(texel.w);
       const uint first = hull.polygon_texel + (polygon & 0xFFFFFFu);
-      const vec3 normal = normalize(hull.axes * (texel.xyz / hull.scale));
-      const vec3 corner = placed(hull, texelFetch(hulls, int(first)).xyz);
-      const float score = score_of(normal, corner, point, direction, slack_m);
+      const real3 normal = normalize(hull.axes * (real3(texel.xyz) / hull.scale));
+      const real3 corner = placed(hull, corner_at(hull, first));
+      const real score = score_of(normal, corner, point, direction, slack_m);
       if (score > best_score) {
         best_score = score;
-        best = Face(f, normal, first, polygon >> 24, vec3(0.0), vec3(0.0));
+        best = Face(f, normal, first, polygon >> 24, real3(0.0LF), real3(0.0LF));
       }
       ++f;
     }
   } while (f < hull.faces);
+  if (best.corner_count > 2u) best.normal = normal_of_polygon(hull, best);
   return best;
 }
 
-vec3 corner_of(Hull hull, Face face, uint i) {
+real3 corner_of(Hull hull, Face face, uint i) {
   if (face.corner_count == 2u) return i == 0u ? face.from : face.to;
-  return placed(hull, texelFetch(hulls, int(face.polygon_texel + i)).xyz);
+  return placed(hull, corner_at(hull, face.polygon_texel + i));
 }
 
 void load_sides(Hull hull, Face face) {
@@ -135,7 +147,7 @@ void load_clipped(Hull hull, Face face) {
 }
 
 // Keeps the part of the polygon that is not in front of the plane (Sutherland and Hodgman 1974).
-void clip(vec3 on_plane, vec3 normal) {
+void clip(real3 on_plane, real3 normal) {
   uint i = 0u;
   do {
     ++rounds;
@@ -150,10 +162,10 @@ void clip(vec3 on_plane, vec3 normal) {
   do {
     ++rounds;
     if (i < count) {
-      const vec3 from = copied[i];
-      const vec3 to = copied[i + 1u < count ? i + 1u : 0u];
-      const float from_height = dot(normal, from - on_plane);
-      const float to_height = dot(normal, to - on_plane);
+      const real3 from = copied[i];
+      const real3 to = copied[i + 1u < count ? i + 1u : 0u];
+      const real from_height = dot(normal, from - on_plane);
+      const real to_height = dot(normal, to - on_plane);
       if (from_height <= 0.0 && kept < max_clipped) clipped[kept++] = from;
       const bool crosses = (from_height < 0.0 && to_height > 0.0) || (from_height > 0.0 && to_height < 0.0);
       if (crosses && kept < max_clipped)
@@ -166,13 +178,13 @@ void clip(vec3 on_plane, vec3 normal) {
 
 // Clips against the prism over the polygon of `side` along `direction`, which is on the front of the polygon.
 // A line clips at its ends.
-void clip_against_sides(vec3 direction) {
+void clip_against_sides(real3 direction) {
   uint i = 0u;
   do {
     ++rounds;
     if (i < sides) {
-      const vec3 from = side[i];
-      const vec3 to = side[i + 1u < sides ? i + 1u : 0u];
+      const real3 from = side[i];
+      const real3 to = side[i + 1u < sides ? i + 1u : 0u];
       clip(from, sides == 2u ? from - to : cross(to - from, direction));
       ++i;
     }
@@ -181,45 +193,46 @@ void clip_against_sides(vec3 direction) {
 
 // What was clipped, as contact points: midway between the surfaces, with the depth. Those beyond the limit
 // are removed.
-vec4 candidate[max_clipped];
+real4 candidate[max_clipped];
 uint candidates = 0u;
 
-void measure(vec3 on_plane, vec3 plane_normal, vec3 toward, float min_depth, float max_depth) {
-  const float slope = dot(toward, plane_normal);
+void measure(real3 on_plane, real3 plane_normal, real3 toward, real min_depth, real max_depth) {
+  const real slope = dot(toward, plane_normal);
   candidates = 0u;
   uint i = 0u;
   do {
     ++rounds;
     if (i < clipped_count) {
-      const vec3 p = clipped[i];
-      const float depth = min(-dot(p - on_plane, plane_normal) / slope, max_depth);
-      if (depth >= min_depth) candidate[candidates++] = vec4(p + 0.5 * depth * toward, depth);
+      const real3 p = clipped[i];
+      const real depth = min(-dot(p - on_plane, plane_normal) / slope, max_depth);
+      if (depth >= min_depth) candidate[candidates++] = real4(p + 0.5 * depth * toward, depth);
       ++i;
     }
   } while (i < clipped_count);
 }
 
-uint deepest() {
+// The first of the candidates whose depth differs from the largest by less than `tie`.
+uint deepest(real tie) {
   uint best = 0u;
   uint i = 0u;
   do {
     ++rounds;
     if (i < candidates) {
-      best = candidate[i].w > candidate[best].w ? i : best;
+      best = candidate[i].w > candidate[best].w + tie ? i : best;
       ++i;
     }
   } while (i < candidates);
   return best;
 }
 
-uint farthest_from(vec3 p, out float square) {
+uint farthest_from(real3 p, out real square) {
   uint best = 0u;
   square = 0.0;
   uint i = 0u;
   do {
     ++rounds;
     if (i < candidates) {
-      const vec3 off = candidate[i].xyz - p;
+      const real3 off = candidate[i].xyz - p;
       const bool is_farther = dot(off, off) > square;
       square = is_farther ? dot(off, off) : square;
       best = is_farther ? i : best;
@@ -230,14 +243,14 @@ uint farthest_from(vec3 p, out float square) {
 }
 
 // The candidate that spans the largest triangle with a and b on the side that `n` says.
-uint widest_on_side(vec3 a, vec3 b, vec3 n, out float area) {
+uint widest_on_side(real3 a, real3 b, real3 n, out real area) {
   uint best = 0u;
   area = 0.0;
   uint i = 0u;
   do {
     ++rounds;
     if (i < candidates) {
-      const float spanned = dot(cross(b - a, candidate[i].xyz - a), n);
+      const real spanned = dot(cross(b - a, candidate[i].xyz - a), n);
       const bool is_wider = spanned > area;
       area = is_wider ? spanned : area;
       best = is_wider ? i : best;
@@ -256,14 +269,14 @@ void main() {
   const PairResult result = results[index];
   const Hull first = first_hull_of(record);
   const Hull second = second_hull_of(record);
-  const float depth = -result.distance_m;
-  const float slack = max(1e-4 * record.size_m, 4.0 * record.rounding_m);
-  const vec3 n = result.n;
-  const vec3 on_second = result.point_m + depth * n;
+  const real depth = -result.distance_m;
+  const real slack = 2.0 * record.precision_m;
+  const real3 n = real3(result.n);
+  const real3 on_second = result.point_m + depth * n;
   const Face first_face = face_at(first, result.point_m, -n, slack);
   const Face second_face = face_at(second, on_second, n, slack);
-  const float first_slope = -dot(first_face.normal, n);
-  const float second_slope = dot(second_face.normal, n);
+  const real first_slope = -dot(first_face.normal, n);
+  const real second_slope = dot(second_face.normal, n);
   // A line is clipped by a face.
   const bool second_is_line = second_face.corner_count == 2u && first_face.corner_count > 2u;
   const bool first_is_line = first_face.corner_count == 2u && second_face.corner_count > 2u;
@@ -280,9 +293,9 @@ void main() {
       load_sides(second, second_face);
       load_clipped(first, first_face);
     }
-    const vec3 plane_normal = first_is_plane ? first_face.normal : second_face.normal;
+    const real3 plane_normal = first_is_plane ? first_face.normal : second_face.normal;
     // From the polygon that is clipped to the plane.
-    const vec3 toward = first_is_plane ? -n : n;
+    const real3 toward = first_is_plane ? -n : n;
     clip_against_sides(toward);
     measure(side[0], plane_normal, toward, -record.margin_m - record.rounding_m, depth);
   }
@@ -290,33 +303,34 @@ void main() {
   PairPoints found;
   found.first_face = first_face.index;
   found.second_face = second_face.index;
-  found.point_0 = vec4(result.point_m + 0.5 * depth * n, depth);
+  found.point_0 = vec4(vec3(result.point_m + 0.5LF * depth * n), float(depth));
   found.point_1 = vec4(0.0);
   found.point_2 = vec4(0.0);
   found.point_3 = vec4(0.0);
   found.count = 1u;
-  const uint deep = deepest();
-  if (candidates > 0u && candidate[deep].w >= depth - slack) found.point_0 = candidate[deep];
-  const float least = slack * slack;
-  float square, left, right;
+  const real tie = 0.1LF * record.precision_m;
+  const uint deep = deepest(tie);
+  if (candidates > 0u && candidate[deep].w >= depth - 2.0LF * tie) found.point_0 = vec4(candidate[deep]);
+  const real least = slack * slack;
+  real square, left, right;
   const uint far = farthest_from(found.point_0.xyz, square);
   if (candidates > 0u && square > least) {
-    const vec3 a = found.point_0.xyz;
-    const vec3 b = candidate[far].xyz;
-    found.point_1 = candidate[far];
+    const real3 a = found.point_0.xyz;
+    const real3 b = candidate[far].xyz;
+    found.point_1 = vec4(candidate[far]);
     found.count = 2u;
     const uint on_left = widest_on_side(a, b, n, left);
     const uint on_right = widest_on_side(a, b, -n, right);
-    const float min_area = slack * sqrt(square);
+    const real min_area = slack * sqrt(square);
     if (left > min_area) {
-      found.point_2 = candidate[on_left];
+      found.point_2 = vec4(candidate[on_left]);
       ++found.count;
     }
     if (right > min_area) {
       if (found.count == 3u)
-        found.point_3 = candidate[on_right];
+        found.point_3 = vec4(candidate[on_right]);
       else
-        found.point_2 = candidate[on_right];
+        found.point_2 = vec4(candidate[on_right]);
       ++found.count;
     }
   }

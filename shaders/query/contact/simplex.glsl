@@ -1,73 +1,125 @@
 // The point of a simplex of one to four points that is nearest to the origin.
 #ifndef RTSTDB_QUERY_CONTACT_SIMPLEX_GLSL
 #define RTSTDB_QUERY_CONTACT_SIMPLEX_GLSL
-#include "query/nearest_on_triangle.glsl"
+#include "query/contact/real.glsl"
 
 struct Simplex {
-  vec3 w[4];
-  vec3 a[4];  // see Difference
-  vec4 weights;
+  real3 w[4];
+  real3 a[4];  // see Difference
+  real4 weights;
   uint count;
 };
 
 struct NearestOfSimplex {
-  vec4 weights;
-  float square;
+  real4 weights;  // exactly 0: the nearest point does not depend on this point
+  real square;
   bool holds_origin;
+  real inside;  // of a simplex that holds the origin: the origin's distance from its faces
 };
 
-vec4 weights_of(TrianglePoint point, uvec3 corners) {
-  vec4 weights = vec4(0.0);
-  weights[corners.x] = 1.0 - point.u - point.v;
-  weights[corners.y] = point.u;
-  weights[corners.z] = point.v;
+// The point of a triangle, or of the whole triangle's border, that is nearest to the origin.
+struct NearestOfTriangle {
+  real3 weights;
+  real square;
+};
+
+// `along`: the weight of b. The computation starts from the nearer end.
+real3 nearest_of_edge(real3 a, real3 b, out real along) {
+  const bool turned = dot(b, b) < dot(a, a);
+  const real3 from = turned ? b : a;
+  const real3 edge = (turned ? a : b) - from;
+  const real share = clamp(-dot(from, edge) / max(dot(edge, edge), real_tiny), real(0.0), real(1.0));
+  along = turned ? real(1.0) - share : share;
+  return from + share * edge;
+}
+
+// The nearest point of the three edges, and of the face where the perpendicular foot lies inside the
+// triangle: always a point of the triangle, even of a sliver. The weight of a corner that is not on the
+// nearest edge is exactly 0.
+NearestOfTriangle nearest_of_triangle(real3 a, real3 b, real3 c) {
+  real along_ab, along_ac, along_bc;
+  const real3 on_ab = nearest_of_edge(a, b, along_ab);
+  const real3 on_ac = nearest_of_edge(a, c, along_ac);
+  const real3 on_bc = nearest_of_edge(b, c, along_bc);
+  NearestOfTriangle best =
+      NearestOfTriangle(real3(real(1.0) - along_ab, along_ab, real(0.0)), dot(on_ab, on_ab));
+  const real ac_square = dot(on_ac, on_ac);
+  if (ac_square < best.square)
+    best = NearestOfTriangle(real3(real(1.0) - along_ac, real(0.0), along_ac), ac_square);
+  const real bc_square = dot(on_bc, on_bc);
+  if (bc_square < best.square)
+    best = NearestOfTriangle(real3(real(0.0), real(1.0) - along_bc, along_bc), bc_square);
+  const real3 ab = b - a;
+  const real3 ac = c - a;
+  const real3 n = cross(ab, ac);
+  const real share = real(1.0) / max(dot(n, n), real_tiny);
+  const real v = dot(cross(ac, a), n) * share;
+  const real w = dot(cross(a, ab), n) * share;
+  const real3 foot = a + v * ab + w * ac;
+  const real foot_square = dot(foot, foot);
+  const bool is_in_face = v > real(0.0) && w > real(0.0) && v + w < real(1.0);
+  if (is_in_face && foot_square < best.square)
+    best = NearestOfTriangle(real3(real(1.0) - v - w, v, w), foot_square);
+  return best;
+}
+
+real4 weights_of(NearestOfTriangle point, uvec3 corners) {
+  real4 weights = real4(0.0);
+  weights[corners.x] = point.weights.x;
+  weights[corners.y] = point.weights.y;
+  weights[corners.z] = point.weights.z;
   return weights;
 }
 
-NearestOfSimplex nearest_of_face(Simplex s, uvec3 corners) {
-  const TrianglePoint point = nearest_on_triangle(s.w[corners.x], s.w[corners.y], s.w[corners.z]);
-  return NearestOfSimplex(weights_of(point, corners), point.square, false);
-}
-
-// Whether a face of a tetrahedron separates its fourth corner from the origin. So does each face of a
-// tetrahedron that is so flat that rounding decides on which side the corner is.
-bool separates(Simplex s, uvec3 corners, uint fourth) {
-  const vec3 a = s.w[corners.x];
-  const vec3 d = s.w[fourth];
-  const vec3 n = cross(s.w[corners.y] - a, s.w[corners.z] - a);
-  const float height = dot(n, d - a);
-  const float rounding = 1e-6 * length(n) * (length(a) + length(d));
-  return abs(height) <= rounding || dot(n, -a) * height <= 0.0;
+// The distance of the origin from a face of a tetrahedron, on the side of the fourth corner; not above 0: the
+// face separates the origin from that corner. So does each face of a tetrahedron that is so flat that
+// rounding decides on which side the corner is.
+real height_above(Simplex s, uvec3 corners, uint fourth) {
+  const real3 a = s.w[corners.x];
+  const real3 d = s.w[fourth];
+  const real3 ab = s.w[corners.y] - a;
+  const real3 ac = s.w[corners.z] - a;
+  const real3 n = cross(ab, ac);
+  const real height = dot(n, d - a);
+  const real rounding = real(8.0) * real_epsilon * length(ab) * length(ac) * (length(a) + length(d));
+  const real origin = height < real(0.0) ? dot(n, a) : -dot(n, a);
+  return abs(height) > rounding ? origin / max(length(n), real_tiny) : real(0.0);
 }
 
 NearestOfSimplex nearest_of(Simplex s) {
-  if (s.count == 1u) return NearestOfSimplex(vec4(1.0, 0.0, 0.0, 0.0), dot(s.w[0], s.w[0]), false);
+  if (s.count == 1u)
+    return NearestOfSimplex(real4(1.0, 0.0, 0.0, 0.0), dot(s.w[0], s.w[0]), false, real(0.0));
   if (s.count == 2u) {
-    vec3 offset;
-    float along;
-    nearest_on_edge(s.w[0], s.w[1], offset, along);
-    return NearestOfSimplex(vec4(1.0 - along, along, 0.0, 0.0), dot(offset, offset), false);
+    real along;
+    const real3 point = nearest_of_edge(s.w[0], s.w[1], along);
+    return NearestOfSimplex(real4(real(1.0) - along, along, 0.0, 0.0), dot(point, point), false, real(0.0));
   }
-  if (s.count == 3u) return nearest_of_face(s, uvec3(0, 1, 2));
-  NearestOfSimplex best = NearestOfSimplex(vec4(0.0), 3.4e38, true);
+  if (s.count == 3u) {
+    const NearestOfTriangle point = nearest_of_triangle(s.w[0], s.w[1], s.w[2]);
+    return NearestOfSimplex(weights_of(point, uvec3(0, 1, 2)), point.square, false, real(0.0));
+  }
+  NearestOfSimplex best = NearestOfSimplex(real4(0.0), real_max, true, real_max);
   const uvec3 faces[4] = uvec3[](uvec3(0, 1, 2), uvec3(0, 1, 3), uvec3(0, 2, 3), uvec3(1, 2, 3));
   const uint fourths[4] = uint[](3u, 2u, 1u, 0u);
   [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-    const NearestOfSimplex of_face = nearest_of_face(s, faces[i]);
-    const bool is_better = separates(s, faces[i], fourths[i]) && of_face.square < best.square;
-    best.weights = is_better ? of_face.weights : best.weights;
-    best.square = is_better ? of_face.square : best.square;
-    best.holds_origin = best.holds_origin && !separates(s, faces[i], fourths[i]);
+    const NearestOfTriangle point = nearest_of_triangle(s.w[faces[i].x], s.w[faces[i].y], s.w[faces[i].z]);
+    const real height = height_above(s, faces[i], fourths[i]);
+    const bool separates = !(height > real(0.0));
+    const bool is_better = separates && point.square < best.square;
+    best.weights = is_better ? weights_of(point, faces[i]) : best.weights;
+    best.square = is_better ? point.square : best.square;
+    best.holds_origin = best.holds_origin && !separates;
+    best.inside = min(best.inside, height);
   }
   return best;
 }
 
 // Removes the points that the nearest one does not depend on.
-void reduce(inout Simplex s, vec4 weights) {
+void reduce(inout Simplex s, real4 weights) {
   uint kept = 0u;
-  vec4 kept_weights = vec4(0.0);
+  real4 kept_weights = real4(0.0);
   [[unroll]] for (uint i = 0u; i < 4u; ++i) {
-    const bool keeps = i < s.count && weights[i] > 0.0;
+    const bool keeps = i < s.count && weights[i] > real(0.0);
     if (keeps) {
       s.w[kept] = s.w[i];
       s.a[kept] = s.a[i];
@@ -79,25 +131,28 @@ void reduce(inout Simplex s, vec4 weights) {
   s.count = kept;
 }
 
-// The unit direction from the origin to the nearest point v. Where the simplex is much larger than its
-// distance, rounding of its corners turns v, but hardly the normal of its triangle or edge.
-vec3 direction_to(Simplex s, vec3 v) {
-  vec3 d = v;
-  const vec3 ab = s.w[1] - s.w[0];
-  if (dot(v, v) < 1e-6 * dot(s.w[0], s.w[0])) {
-    if (s.count == 3u) {
-      const vec3 n = cross(ab, s.w[2] - s.w[0]);
-      d = dot(n, n) > 0.0 ? (dot(n, v) < 0.0 ? -n : n) : v;
-    } else if (s.count == 2u) {
-      d = v - dot(v, ab) / dot(ab, ab) * ab;
-    }
+// The unit direction from the origin to the nearest point v. Rounding turns v by the error of its coordinates
+// over its length, and the normal of a triangle by that error over its least height. The smaller turn is
+// taken.
+real3 direction_to(Simplex s, real3 v) {
+  real3 d = v;
+  const real square = dot(v, v);
+  const real3 ab = s.w[1] - s.w[0];
+  if (s.count == 3u) {
+    const real3 ac = s.w[2] - s.w[0];
+    const real3 bc = ac - ab;
+    const real3 n = cross(ab, ac);
+    const real longest = max(max(dot(ab, ab), dot(ac, ac)), dot(bc, bc));
+    if (dot(n, n) > square * longest) d = dot(n, v) < real(0.0) ? -n : n;
+  } else if (s.count == 2u && dot(ab, ab) > square) {
+    d = v - dot(v, ab) / dot(ab, ab) * ab;
   }
-  return d / max(length(d), 1e-37);
+  return d / max(length(d), real_tiny);
 }
 
-void nearest_points(Simplex s, out vec3 v, out vec3 a) {
-  v = vec3(0.0);
-  a = vec3(0.0);
+void nearest_points(Simplex s, out real3 v, out real3 a) {
+  v = real3(0.0);
+  a = real3(0.0);
   [[unroll]] for (uint i = 0u; i < 4u; ++i) {
     if (i < s.count) {
       v += s.weights[i] * s.w[i];

@@ -7,6 +7,7 @@
 #include "common/halt.glsl"
 #include "common/loops.glsl"
 #include "common/places.glsl"
+#include "common/motion.glsl"
 #include "shared/contact.h"
 #include "shared/impact.h"
 
@@ -21,8 +22,8 @@ uint rounds = 0u;
 #include "query/contact/hull.glsl"
 #include "query/contact/distance.glsl"
 
-mat3 axes_at(vec4 q, vec3 w, double time_s) {
-  return axes_of(normalize(quat_product(rotation_after_long(dvec3(w), time_s), q)));
+dmat3 axes_at(vec4 q, vec3 w, double time_s) {
+  return axes_of_pose(dvec4(normalize(quat_product(rotation_after_long(dvec3(w), time_s), q))));
 }
 
 void main() {
@@ -34,47 +35,49 @@ void main() {
   AdvanceState state = states[index];
   // A halted stage is repeated for some pairs.
   bool goes_on = state.state == advance_goes_on || state.state == advance_unfinished;
-  if (!goes_on || state.steps >= max_convex_steps) return;
+  if (!goes_on || state.steps >= max_advance_steps) return;
   double time_s = packDouble2x32(state.time_s);
   const double window_s = double(record.window_s);
   const dvec3 p = dvec3(record.p_m) + dvec3(record.p_low_m);
   const dvec3 v = dvec3(record.v_mps) + dvec3(record.v_low_mps);
   const float turning = length(record.w_first_radps) * record.first_reach_m +
                         length(record.w_second_radps) * record.second_reach_m;
-  const uint end = min(state.steps + steps_per_stage, max_convex_steps);
+  const uint end = min(state.steps + steps_per_stage, max_advance_steps);
   do {
     ++rounds;
     if (goes_on) {
       ++state.steps;
-      const vec3 between = vec3(p + v * time_s);
-      const mat3 first_axes = axes_at(record.q_first, record.w_first_radps, time_s);
-      const mat3 second_axes = axes_at(record.q_second, record.w_second_radps, time_s);
-      const Hull second = fetch_hull(record.second_body, record.second_scale, second_axes, vec3(0.0));
-      const vec3 second_center =
-          second_axes * (record.second_scale * texelFetch(hulls, int(record.second_body)).xyz);
-      const vec3 first_center =
-          first_axes * (record.first_scale * texelFetch(hulls, int(record.first_body)).xyz);
-      const vec3 center = between + first_center - second_center;
-      const Hull first = fetch_hull(record.first_body, record.first_scale, first_axes, center);
-      const vec3 direction = dot(center, center) > 0.0 ? normalize(center) : vec3(1.0, 0.0, 0.0);
-      const PairDistance found = distance_between(first, second, direction, record.enough_m, 3.4e38);
-      state.n = found.direction;
-      state.distance_m = found.upper;
+      const dmat3 first_axes = axes_at(record.q_first, record.w_first_radps, time_s);
+      const dmat3 second_axes = axes_at(record.q_second, record.w_second_radps, time_s);
+      const dvec3 first_center =
+          first_axes * dvec3(record.first_scale * texelFetch(hulls, int(record.first_body)).xyz);
+      const dvec3 second_center =
+          second_axes * dvec3(record.second_scale * texelFetch(hulls, int(record.second_body)).xyz);
+      const dvec3 center = p + v * time_s + first_center - second_center;
+      const Hull first = fetch_hull(record.first_body, dvec3(record.first_scale), first_axes, center);
+      const Hull second =
+          fetch_hull(record.second_body, dvec3(record.second_scale), second_axes, dvec3(0.0LF));
+      const dvec3 direction = dot(center, center) > 0.0LF ? normalize(center) : dvec3(1.0LF, 0.0LF, 0.0LF);
+      const double rounding =
+          1e-13LF * (length(center) + double(record.first_reach_m + record.second_reach_m));
+      const HullDistance found = distance_between(first, second, direction, rounding, real_max);
+      const double skins = first.skin + second.skin;
+      const double distance = found.inside > 0.0LF ? 0.0LF : max(found.upper - skins, 0.0LF);
+      const double at_least = found.lower - skins;
+      state.n = vec3(found.direction);
+      state.distance_m = float(distance);
       // The hulls are relative to the second one's centre.
-      state.point_m = found.point - center + first_center;
-      const float target = 0.5 * record.tolerance_m;
-      const float closing =
-          float(max(-dot(dvec3(found.direction), v), 0.0LF)) * 1.000001 + turning * 1.000001;
-      if (found.state == pair_penetrates || found.upper <= record.tolerance_m) {
+      state.point_m = vec3(found.point - first.skin * found.direction - center + first_center);
+      const double target = 0.5LF * double(record.tolerance_m);
+      const double closing = max(-dot(found.direction, v), 0.0LF) * 1.000001LF + double(turning) * 1.000001LF;
+      if (distance <= double(record.tolerance_m)) {
         state.state = advance_meets;
-        state.distance_m = found.state == pair_penetrates ? 0.0 : found.upper;
         goes_on = false;
-      } else if (found.state == pair_undecided && found.lower <= target) {
+      } else if (at_least <= target) {
         state.state = advance_undecided;
         goes_on = false;
       } else {
-        time_s =
-            closing > 0.0 ? time_s + double(max(found.lower - target, 0.1 * target) / closing) : window_s;
+        time_s = closing > 0.0LF ? time_s + max(at_least - target, 0.1LF * target) / closing : window_s;
         const bool ends = time_s >= window_s;
         time_s = min(time_s, window_s);
         state.state = ends ? advance_ends : advance_goes_on;

@@ -121,7 +121,7 @@ void main() {
   AdvanceState state = states[at_place.pair];
   // A halted stage is repeated for some pairs.
   bool goes_on = state.state == advance_goes_on || state.state == advance_unfinished;
-  if (!goes_on || state.steps >= max_surface_steps) return;
+  if (!goes_on || state.steps >= max_advance_steps) return;
   state.state = advance_goes_on;
   double time_s = packDouble2x32(state.time_s);
   const double window_s = double(record.window_s);
@@ -150,7 +150,7 @@ void main() {
         if (begins) end_step(approach, q_second, window_s, time_s, state);
         if (search.visits > max_visits || search.waiting > waiting_limit) state.state = advance_undecided;
         cut_short = cut_short || rounds > max_rounds;
-        goes_on = state.state == advance_goes_on && state.steps < max_surface_steps &&
+        goes_on = state.state == advance_goes_on && state.steps < max_advance_steps &&
                   visits < visits_until_pause && !cut_short;
       }
     } while (goes_on);
