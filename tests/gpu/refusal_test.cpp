@@ -27,8 +27,15 @@ class Refusals : public DatabaseTest {
     nearest_ = prepare(NearestQueryOptions{.name = "n", .capacity = 8, .k = 4});
     overlaps_ = prepare(OverlapQueryOptions{.name = "o", .capacity = 8, .ids_per_entity = 8});
   }
+  void destroy_queries() {
+    rays_.reset();
+    regions_.reset();
+    nearest_.reset();
+    overlaps_.reset();
+  }
   void TearDown() override {
     expect_no_effect();
+    destroy_queries();
     DatabaseTest::TearDown();
   }
   void expect_no_effect() {
@@ -394,6 +401,7 @@ TEST_F(Refusals, OfRows) {
 }
 
 TEST_F(Refusals, OfOverlapsOfAnEntityWithoutGeometry) {
+  destroy_queries();
   open({});
   box_ = add(make_box({2.0, 2.0, 2.0}));
   const auto ids = create(std::vector{row_of(box_, {11.0, 0.0, 0.0}), EntityRow{}}, at_s(10.0));

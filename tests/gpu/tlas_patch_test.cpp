@@ -217,7 +217,7 @@ TEST_P(PatchedWorlds, AnswerAsTheOracleInRecentVersions) {
 /// After a hundred patches.
 TEST_P(PatchedWorlds, AnswerWithTheBitsOfANewlyMadeSlot) {
   fill(GetParam().entities);
-  const auto query = prepare_rays(RayMode::closest, false, 64);
+  auto query = prepare_rays(RayMode::closest, false, 64);
   for (int k = 0; k < 100; ++k) {
     tick();
     trace(*query, rays(8));
@@ -225,6 +225,7 @@ TEST_P(PatchedWorlds, AnswerWithTheBitsOfANewlyMadeSlot) {
   const auto sampled = rays(64);
   const auto patched = trace(*query, sampled);
 
+  query.reset();
   open({});
   geometries_.clear();
   for (const TriangleMesh& mesh : meshes_)

@@ -128,6 +128,9 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   const auto hits = wiring->signals.find("scanner.hits");
   ASSERT_TRUE(hits);
   EXPECT_GT(wiring->signals.value(*hits), 0.0) << "the scanner saw nothing";
+  // Their queries must not outlive the database.
+  for (WiredModule& wired : wiring->modules)
+    wired.module.reset();
 }
 
 INSTANTIATE_TEST_SUITE_P(Scanners, HeapTraffic,

@@ -286,19 +286,19 @@ TEST(CompareContactPair, IsTooCloseAtABorder) {
     answer.status = status;
     return pair_verdict(scene.world(), search, answer);
   };
-  // noise_m is about 0.35 mm.
-  EXPECT_EQ(verdict(0.0002, PairStatus::contact, 0.0f), Verdict::too_close);
-  EXPECT_EQ(verdict(0.0002, PairStatus::separate, 0.0f), Verdict::agrees);
+  // noise_m is about 0.07 mm.
+  EXPECT_EQ(verdict(0.00004, PairStatus::contact, 0.0f), Verdict::too_close);
+  EXPECT_EQ(verdict(0.00004, PairStatus::separate, 0.0f), Verdict::agrees);
   EXPECT_EQ(verdict(0.001, PairStatus::contact, 0.0f), Verdict::differs);
-  EXPECT_EQ(verdict(-0.0002, PairStatus::separate, 0.0f), Verdict::too_close);
+  EXPECT_EQ(verdict(-0.00004, PairStatus::separate, 0.0f), Verdict::too_close);
   EXPECT_EQ(verdict(-0.001, PairStatus::separate, 0.0f), Verdict::differs);
-  EXPECT_EQ(verdict(0.5002, PairStatus::near, 0.5f), Verdict::too_close);
-  EXPECT_EQ(verdict(0.4998, PairStatus::separate, 0.5f), Verdict::too_close);
+  EXPECT_EQ(verdict(0.50004, PairStatus::near, 0.5f), Verdict::too_close);
+  EXPECT_EQ(verdict(0.49996, PairStatus::separate, 0.5f), Verdict::too_close);
   EXPECT_EQ(verdict(0.501, PairStatus::near, 0.5f), Verdict::differs);
   EXPECT_EQ(verdict(0.499, PairStatus::separate, 0.5f), Verdict::differs);
   EXPECT_EQ(verdict(0.501, PairStatus::separate, 0.5f), Verdict::agrees);
   EXPECT_EQ(verdict(0.501, PairStatus::separate, 0.5f, false), Verdict::differs) << "not a named pair";
-  EXPECT_EQ(verdict(0.4998, PairStatus::separate, 0.5f, false), Verdict::differs) << "not a named pair";
+  EXPECT_EQ(verdict(0.49996, PairStatus::separate, 0.5f, false), Verdict::differs) << "not a named pair";
 }
 
 TEST(CompareContactPair, ChecksTheBoundsOfAnUndecidedPair) {

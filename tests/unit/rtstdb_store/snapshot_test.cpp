@@ -55,7 +55,7 @@ TEST(Snapshots, AreNoLongerKeptAfterManyCommits) {
   }
   ASSERT_FALSE(commit(store, set_of(6'000'000'000, {update({0, 1}, row_at(5))})));
   EXPECT_FALSE(first.still_kept());
-  EXPECT_DEATH(static_cast<void>(first.row(0)), "misused: version >= oldest_kept");
+  EXPECT_DEATH(static_cast<void>(first.row(0)), "misused: the rule version >= oldest_kept");
 
   const BadInput by_number = refused(store, ReadAt::pinned(1));
   EXPECT_EQ(by_number.reason, BadInputReason::snapshot_too_old);
