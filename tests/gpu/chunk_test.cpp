@@ -53,8 +53,8 @@ class Chunks : public DatabaseTest {
     std::vector<std::unique_ptr<KindCase>> all;
     const ElementScene elements{entities_, {.radius_m = 12.0, .version_time = at_s(5.0)}, at_s(5.1), 0.5};
     for (const AnyQueryOptions& options : all_tested_options()) {
-      // Each contact search has places for some hundred triangles, and each workgroup of them is a chunk. Each
-      // impact search has a stage for each pause.
+      // Each contact search has places for some hundred triangles, and each workgroup of them is a chunk.
+      // Each impact search has a stage for each pause.
       const bool is_slow = std::holds_alternative<ContactQueryOptions>(options) ||
                            std::holds_alternative<ImpactQueryOptions>(options);
       all.push_back(prepare_case(database(), with(options, is_slow ? few_searches : batch_size)));
