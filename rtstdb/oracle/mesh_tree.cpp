@@ -2,10 +2,9 @@
 
 #include <glm/geometric.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
-
-#include <rtstdb/limits.hpp>
 
 #include "rtstdb/oracle/convexity.hpp"
 
@@ -106,17 +105,6 @@ void MeshTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t coun
   nodes_[node].count = 0;
   build(left, first, half, centers);
   build(left + 1, first + half, count - half, centers);
-}
-
-glm::dvec3 MeshTree::known_normal(std::uint32_t triangle) const noexcept {
-  const auto [a, b, c] = corners(triangle);
-  const glm::dvec3 across = glm::cross(b - a, c - a);
-  const double twice_area = glm::length(across);
-  if (twice_area == 0.0) return glm::dvec3(0.0);
-  const double longest = std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
-  const double rounding = std::max({glm::length(a), glm::length(b), glm::length(c)}) / 8388608.0;
-  // The corner opposite to the longest edge is at twice_area / longest from it.
-  return rounding * longest / twice_area < convex_tolerance ? across / twice_area : glm::dvec3(0.0);
 }
 
 bool MeshTree::has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const {

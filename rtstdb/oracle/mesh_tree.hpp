@@ -35,14 +35,10 @@ class MeshTree {
   std::array<glm::dvec3, 3> corners(std::uint32_t triangle) const noexcept;
   /// Whether distances have a sign, see NearestQueryOptions.
   bool closed() const noexcept { return closed_; }
-  /// The same as is_convex of the mesh (oracle.hpp).
+  /// Result of is_convex for the mesh (oracle.hpp).
   bool convex() const noexcept { return convex_; }
   /// Whether the mesh is closed with its fronts inside: its signed volume is negative.
   bool inside_out() const noexcept { return inside_out_; }
-  /// The unit normal of the triangle's plane, toward its front. Zero if single precision does not determine
-  /// the plane: rounding of a corner turns it so that it moves by convex_tolerance of the mesh's diagonal at
-  /// that distance.
-  glm::dvec3 known_normal(std::uint32_t triangle) const noexcept;
 
   /// Whether a corner is more than `limit` in front of the plane through the point.
   bool has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const;
