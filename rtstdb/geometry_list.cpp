@@ -85,7 +85,7 @@ Result<std::vector<ListedGeometry>> add_recovered_geometries(const log::World& w
     auto added = executor.add_geometry(mesh, options, parts);
     if (!added)
       return Error{added.error().code, "geometry '" + name + "' of the log: " + added.error().message};
-    RTSTDB_ASSERT(added.value() == id);
+    RTSTDB_ASSERT(added.value() == id, "the geometry got another id than in the log");
     recovered.push_back({.mesh = mesh,
                          .name = name,
                          .bounds = executor.last_bounds(),

@@ -142,14 +142,14 @@ std::size_t DeformingGeometry::find(Version shape) noexcept {
 std::size_t DeformingGeometry::evict_oldest() noexcept {
   const auto oldest = std::ranges::min_element(
       places_, {}, [](const Held& held) { return std::pair(held.pins > 0, held.last_shown); });
-  RTSTDB_ASSERT(oldest->pins == 0);
+  RTSTDB_ASSERT(oldest->pins == 0, "each shape on the device is in use");
   oldest->holds_shape = false;
   return static_cast<std::size_t>(oldest - places_.begin());
 }
 
 bool DeformingGeometry::pin(Version shape) noexcept {
   Held* const held = holder_of(shape);
-  RTSTDB_ASSERT(held != nullptr);
+  RTSTDB_ASSERT(held != nullptr, "the shape is not on the device");
   const bool leaves_one =
       std::ranges::any_of(places_, [&](const Held& other) { return &other != held && other.pins == 0; });
   if (!leaves_one) return false;
@@ -159,12 +159,12 @@ bool DeformingGeometry::pin(Version shape) noexcept {
 
 void DeformingGeometry::unpin(Version shape) noexcept {
   Held* const held = holder_of(shape);
-  RTSTDB_ASSERT(held != nullptr && held->pins > 0);
+  RTSTDB_ASSERT(held != nullptr && held->pins > 0, "the shape is not in use");
   --held->pins;
 }
 
 void DeformingGeometry::upload(std::span<const glm::vec3> positions_m) {
-  RTSTDB_ASSERT(positions_m.size() == position_count_);
+  RTSTDB_ASSERT(positions_m.size() == position_count_, "the number of positions is not that of the geometry");
   const auto texels = positions_.host_as<glm::vec4>();
   for (std::size_t i = 0; i < positions_m.size(); ++i)
     texels[i] = glm::vec4(positions_m[i], 0.0f);

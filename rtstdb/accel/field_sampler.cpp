@@ -84,7 +84,8 @@ Result<void> FieldSampler::sample(gpu::Device& device, const GeometryPool& pool,
                                   FieldSign sign, float front_sign,
                                   std::span<const shared::FieldPoint> points,
                                   std::span<shared::FieldSample> samples, Submit& submit) {
-  RTSTDB_ASSERT(points.size() <= max_points && points.size() == samples.size());
+  RTSTDB_ASSERT(points.size() <= max_points && points.size() == samples.size(),
+                "more points than max_points, or another number of samples than of points");
   if (auto bound = bind(device, pool); !bound) return bound;
   shared::FieldArgs args{.root = pool.root(geometry),
                          .first = 0,

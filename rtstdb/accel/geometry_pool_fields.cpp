@@ -23,7 +23,7 @@ bool GeometryPool::has_inside(std::uint32_t geometry) const noexcept {
 }
 
 void GeometryPool::remove_last() noexcept {
-  RTSTDB_ASSERT(count_ > 0 && !kept_.back()->deforming);
+  RTSTDB_ASSERT(count_ > 0 && !kept_.back()->deforming, "the pool has no geometry, or its last one deforms");
   --count_;
   // The field of the geometry that was added last is the last one in the pool of texels.
   if (kept_.back()->field)
@@ -47,7 +47,8 @@ Result<void> GeometryPool::reserve_field_texels(gpu::Device& device, std::uint64
 
 Result<void> GeometryPool::attach_field(gpu::Device& device, std::uint32_t geometry,
                                         std::shared_ptr<const field::StoredField> field, Submit& submit) {
-  RTSTDB_ASSERT(!kept_[geometry]->deforming && !kept_[geometry]->field);
+  RTSTDB_ASSERT(!kept_[geometry]->deforming && !kept_[geometry]->field,
+                "the geometry deforms, or has a field already");
   const std::uint32_t first = fields_.used();
   const std::vector<glm::uvec4> texels = field::device_texels(*field, first);
   if (auto reserved = reserve_field_texels(device, texels.size(), submit); !reserved) return reserved;

@@ -51,7 +51,7 @@ Result<RadixSort> RadixSort::create(gpu::Device& device) {
 }
 
 gpu::BufferOptions RadixSort::sorted_buffer(std::string name, std::size_t capacity) {
-  RTSTDB_ASSERT(capacity % 2 == 0);
+  RTSTDB_ASSERT(capacity % 2 == 0, "the capacity is odd");
   return stored_by_address(std::move(name), capacity);
 }
 

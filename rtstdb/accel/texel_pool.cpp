@@ -39,7 +39,7 @@ Result<bool> TexelPool::reserve(gpu::Device& device, std::uint64_t texels, Submi
 
 bool TexelPool::append(std::span<const std::byte> texels, Upload& upload) {
   const auto count = static_cast<std::uint32_t>(texels.size() / texel_bytes);
-  RTSTDB_ASSERT(used_ + count <= capacity_);
+  RTSTDB_ASSERT(used_ + count <= capacity_, "the pool has no space for the texels");
   if (!upload.put(buffer_, used_ * texel_bytes, texels)) return false;
   used_ += count;
   return true;

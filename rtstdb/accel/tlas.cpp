@@ -181,7 +181,7 @@ std::optional<TlasView> Tlas::prepare(const store::RowSource& rows, const TlasRe
   const bool found = slot != nullptr;
   if (!found) {
     slot = slots_.least_recently_used(nullptr);
-    RTSTDB_ASSERT(slot != nullptr);
+    RTSTDB_ASSERT(slot != nullptr, "each slot of a TLAS is in use");
     if (!fill(*slot, rows, request, submit)) return std::nullopt;
     slots_.note_change(*slot);
   }

@@ -76,7 +76,8 @@ void TlasPatch::find_parents(std::uint32_t first, std::uint32_t count, Bound& bo
 
 void TlasPatch::record(std::uint32_t listed, std::uint32_t visible_count,
                        std::span<const std::uint32_t> levels, Bound& bound, gpu::Recorder& recorder) const {
-  RTSTDB_ASSERT(listed <= shared::max_patched && levels.size() >= 2 && levels.size() <= max_levels);
+  RTSTDB_ASSERT(listed <= shared::max_patched && levels.size() >= 2 && levels.size() <= max_levels,
+                "more instances than max_patched, or a number of levels below 2 or above max_levels");
   std::ranges::copy(levels, levels_.host_as<std::uint32_t>().begin());
   if (bound.stamp == 0 || bound.stamp == std::numeric_limits<std::uint32_t>::max())
     find_parents(0, levels.back(), bound, recorder);

@@ -113,7 +113,7 @@ bool TlasSlots::pin(std::uint32_t index) noexcept {
 }
 
 void TlasSlots::unpin(std::uint32_t index) noexcept {
-  RTSTDB_ASSERT(slots_[index].pins > 0);
+  RTSTDB_ASSERT(slots_[index].pins > 0, "the slot is not in use");
   --slots_[index].pins;
 }
 

@@ -19,7 +19,7 @@ Result<gpu::Buffer> make_staging(gpu::Device& device, std::size_t size_bytes, gp
 
 Result<void> read_back(gpu::Device& device, const gpu::BufferPart& from, std::span<std::byte> to,
                        Submit& submit) {
-  RTSTDB_ASSERT(to.size() == from.size_bytes);
+  RTSTDB_ASSERT(to.size() == from.size_bytes, "the destination has another size than the source");
   auto staging = make_staging(device, to.size(), gpu::Memory::readback);
   if (!staging) return staging.error();
   const std::span<const std::byte> seen = staging.value().host();

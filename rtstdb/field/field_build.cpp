@@ -182,7 +182,8 @@ shared::FieldPoint FieldBuild::point(std::uint32_t number) const noexcept {
 
 std::size_t FieldBuild::next(std::span<shared::FieldPoint> points) {
   if (pass_ == Pass::complete) return 0;
-  RTSTDB_ASSERT(named_ == taken_ && !points.empty());
+  RTSTDB_ASSERT(named_ == taken_ && !points.empty(),
+                "the samples of the last points are missing, or there is no space for a point");
   const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(points.size(), count_ - named_));
   for (std::uint32_t i = 0; i < count; ++i)
     points[i] = point(named_ + i);
@@ -215,7 +216,7 @@ void FieldBuild::take_one(std::uint32_t number, const shared::FieldSample& sampl
 }
 
 Result<void> FieldBuild::take(std::span<const shared::FieldSample> samples) {
-  RTSTDB_ASSERT(samples.size() == named_ - taken_);
+  RTSTDB_ASSERT(samples.size() == named_ - taken_, "the number of samples is not that of the last points");
   for (const shared::FieldSample& sample : samples)
     take_one(taken_++, sample);
   field_.report.distances += samples.size();

@@ -146,7 +146,8 @@ std::vector<glm::uvec4> device_texels(const StoredField& field, std::uint32_t fi
   }
   append_rows(field.coarse, grid.cells.x + 1, texels);
   append_rows(field.bricks, brick_vertices, texels);
-  RTSTDB_ASSERT(16 * texels.size() == memory_bytes(grid, field.bricks.size() / vertices_per_brick));
+  RTSTDB_ASSERT(16 * texels.size() == memory_bytes(grid, field.bricks.size() / vertices_per_brick),
+                "the size of the texels is not that of memory_bytes");
   return texels;
 }
 

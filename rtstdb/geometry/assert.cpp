@@ -6,12 +6,12 @@
 
 namespace rtstdb {
 
-void assertion_failed(const char* rule, const char* file, int line) noexcept {
+void assertion_failed(const char* fault, const char* file, int line) noexcept {
   // The path of the source in the repository, wherever that was built.
   const std::string_view path(file);
   const std::size_t begin = path.rfind("rtstdb/");
   const char* source = begin == std::string_view::npos ? file : file + begin;
-  std::fprintf(stderr, "%s:%d: rtstdb was misused: the rule %s does not hold\n", source, line, rule);
+  std::fprintf(stderr, "%s:%d: assertion failed: %s\n", source, line, fault);
   std::abort();
 }
 

@@ -105,7 +105,7 @@ Extents seen_from_middle(const Bounds& bounds, const Between<double>& most) noex
 }  // namespace
 
 Extents extents_of(const MeshView& mesh) noexcept {
-  RTSTDB_ASSERT(!mesh.triangles.empty());
+  RTSTDB_ASSERT(!mesh.triangles.empty(), "the mesh has no triangle");
   Faces most = faces_of(mesh, 0);
   Between<Lanes> max_between;
   const auto clear = [](Lanes& value) { value.fill(std::numeric_limits<float>::lowest()); };

@@ -48,7 +48,7 @@ double reach_m(const Bounds& bounds, const glm::dvec3& scale) noexcept {
 
 WorldBox motion_bounds(const Bounds& bounds, const glm::dvec3& scale, const Motion& motion, WorldTime t0,
                        WorldTime t1) noexcept {
-  RTSTDB_ASSERT(t0 <= t1);
+  RTSTDB_ASSERT(t0 <= t1, "the interval of time ends before it begins");
   const Pose first = pose_at(motion, t0);
   const Pose last = pose_at(motion, t1);
   const WorldBox first_box = box_around(oriented_box(bounds, scale, first));

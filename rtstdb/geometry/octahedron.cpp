@@ -33,7 +33,7 @@ float part_of(std::uint32_t bits) noexcept {
 std::uint32_t packed_direction(const glm::vec3& direction) noexcept {
   const glm::vec3 size = glm::abs(direction);
   const float sum = size.x + size.y + size.z;
-  RTSTDB_ASSERT(sum > 0.0f && std::isfinite(sum));
+  RTSTDB_ASSERT(sum > 0.0f && std::isfinite(sum), "the direction is zero or not finite");
   const glm::vec3 on_octahedron = direction / sum;
   const glm::vec2 upper(on_octahedron.x, on_octahedron.y);
   const glm::vec2 place = on_octahedron.z < 0.0f ? folded_outwards(upper) : upper;

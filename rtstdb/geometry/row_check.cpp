@@ -111,7 +111,8 @@ std::optional<BadInput> check_positions(std::span<const glm::vec3> positions_m) 
 }
 
 Motion normalised(const Motion& motion) noexcept {
-  RTSTDB_ASSERT(finite(motion.q_world) && can_be_normalised(motion.q_world));
+  RTSTDB_ASSERT(finite(motion.q_world) && can_be_normalised(motion.q_world),
+                "the quaternion is zero or not finite");
   const double largest = largest_component(motion.q_world);
   const glm::dquat& q = motion.q_world;
   // Scaled to about one first, so that no square overflows or underflows.

@@ -19,7 +19,8 @@ vk::raii::DescriptorPool create_pool(const vk::raii::Device& device, std::string
 
 const vk::raii::BufferView& view_of(const Buffer::Impl& buffer, char letter) {
   const vk::raii::BufferView& view = letter == 'F' ? buffer.texel_float4 : buffer.texel_uint4;
-  RTSTDB_ASSERT(*view != vk::BufferView{} && (letter != 'I' || buffer.options.texel_image));
+  RTSTDB_ASSERT(*view != vk::BufferView{} && (letter != 'I' || buffer.options.texel_image),
+                "the buffer has no view of the type that the shader reads");
   return view;
 }
 
@@ -70,29 +71,32 @@ Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<con
 }
 
 Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const BufferPart> wanted) {
-  RTSTDB_ASSERT(pipeline.impl_ != nullptr);
+  RTSTDB_ASSERT(pipeline.impl_ != nullptr, "the pipeline was moved from");
   const Pipeline::Impl& of = *pipeline.impl_;
   return create_bindings({of.letters, *of.kernel->set_layout, of.kernel->name}, wanted);
 }
 
 Result<Bindings> Device::create_bindings(const RasterPipeline& pipeline,
                                          std::span<const Buffer* const> buffers) {
-  RTSTDB_ASSERT(pipeline.impl_ != nullptr);
+  RTSTDB_ASSERT(pipeline.impl_ != nullptr, "the pipeline was moved from");
   const RasterPipeline::Impl& of = *pipeline.impl_;
   return create_bindings({of.letters, *of.set_layout, "a raster pipeline"}, whole(buffers));
 }
 
 Result<Bindings> Device::create_bindings(const BindingPlan& of, std::span<const BufferPart> wanted) {
-  RTSTDB_ASSERT(wanted.size() == of.letters.size());
+  RTSTDB_ASSERT(wanted.size() == of.letters.size(),
+                "the number of buffers is not that of the bindings of the shader");
   std::vector<Part> parts;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    RTSTDB_ASSERT(wanted[i].buffer != nullptr && wanted[i].buffer->impl_ != nullptr);
+    RTSTDB_ASSERT(wanted[i].buffer != nullptr && wanted[i].buffer->impl_ != nullptr,
+                  "a buffer is null or was moved from");
     const Buffer::Impl& buffer = *wanted[i].buffer->impl_;
     const std::size_t offset = wanted[i].offset_bytes;
     const std::size_t all = buffer.options.size_bytes;
-    RTSTDB_ASSERT(buffer.device == impl_ && offset < all && offset % limits().storage_alignment_bytes == 0);
+    RTSTDB_ASSERT(buffer.device == impl_ && offset < all && offset % limits().storage_alignment_bytes == 0,
+                  "a buffer is of another device, or its part begins beyond its end or is not aligned");
     const std::size_t size = wanted[i].size_bytes != 0 ? wanted[i].size_bytes : all - offset;
-    RTSTDB_ASSERT(size <= all - offset);
+    RTSTDB_ASSERT(size <= all - offset, "a part goes beyond the end of its buffer");
     if (of.letters[i] == 'S' && size > limits().max_storage_range_bytes) {
       return Error{ErrorCode::capacity, "buffer \"" + buffer.options.name + "\" of " + std::to_string(size) +
                                             " bytes exceeds the limit of " +

@@ -97,10 +97,12 @@ Buffer::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const BufferOptions&
 
 Result<Buffer> Device::create_buffer(const BufferOptions& options) {
   const bool texels = options.texel_uint4 || options.texel_float4;
-  RTSTDB_ASSERT(options.size_bytes != 0);
-  RTSTDB_ASSERT(!texels || options.size_bytes % texel_bytes == 0);
+  RTSTDB_ASSERT(options.size_bytes != 0, "the buffer has no bytes");
+  RTSTDB_ASSERT(!texels || options.size_bytes % texel_bytes == 0,
+                "the size is not a multiple of that of a texel");
   RTSTDB_ASSERT(options.host == nullptr ||
-                (options.memory != Memory::device && options.host->size_bytes() >= options.size_bytes));
+                    (options.memory != Memory::device && options.host->size_bytes() >= options.size_bytes),
+                "the host memory is smaller than the buffer, or the buffer is in device memory");
   if (const auto limit = exceeded_limit(*impl_, options)) return Error{ErrorCode::capacity, *limit};
   const std::string what = "buffer \"" + options.name + "\" of " + std::to_string(options.size_bytes) +
                            " bytes can not be created";
@@ -130,26 +132,32 @@ std::size_t Buffer::size_bytes() const noexcept {
 }
 
 std::span<std::byte> Buffer::host() const noexcept {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->mapped != nullptr);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->mapped != nullptr,
+                "the buffer was moved from, or its memory is not mapped");
   return {impl_->host_copy != nullptr ? impl_->host_copy : impl_->mapped, impl_->options.size_bytes};
 }
 
 glm::uvec2 Buffer::address(std::size_t offset_bytes) const noexcept {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.addressed && offset_bytes < impl_->options.size_bytes);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.addressed && offset_bytes < impl_->options.size_bytes,
+                "the buffer was moved from or has no address, or the offset is beyond its end");
   const std::uint64_t address = impl_->address + offset_bytes;
   return {static_cast<std::uint32_t>(address), static_cast<std::uint32_t>(address >> 32)};
 }
 
 void Buffer::flush(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr);
-  RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr,
+                "the buffer was moved from, or has no host memory");
+  RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes,
+                "the range goes beyond the end of the buffer");
   if (impl_->host_copy == nullptr || size_bytes == 0) return;
   std::memcpy(impl_->mapped + offset_bytes, impl_->host_copy + offset_bytes, size_bytes);
 }
 
 void Buffer::invalidate(std::size_t offset_bytes, std::size_t size_bytes) const noexcept {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr);
-  RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->options.host != nullptr,
+                "the buffer was moved from, or has no host memory");
+  RTSTDB_ASSERT(offset_bytes + size_bytes <= impl_->options.size_bytes,
+                "the range goes beyond the end of the buffer");
   if (impl_->host_copy == nullptr || size_bytes == 0) return;
   std::memcpy(impl_->host_copy + offset_bytes, impl_->mapped + offset_bytes, size_bytes);
 }

@@ -84,7 +84,7 @@ Pipeline::Impl::Impl(std::shared_ptr<Device::Impl> device_in, std::shared_ptr<Ke
 }
 
 Result<Pipeline> Device::create_pipeline(const ShaderInfo& shader, std::shared_ptr<Kernel>& kernel) {
-  RTSTDB_ASSERT(shader.stage() == ShaderStage::compute);
+  RTSTDB_ASSERT(shader.stage() == ShaderStage::compute, "the shader is not a compute shader");
   check_against_table(shader);
   if (shader.group_size > impl_->max_group_size) {
     return Error{ErrorCode::capacity, "shader " + std::string(shader.name) + " runs in groups of " +
@@ -116,7 +116,7 @@ Pipeline::Pipeline(Pipeline&&) noexcept = default;
 Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
 
 std::uint32_t Pipeline::group_size() const noexcept {
-  RTSTDB_ASSERT(impl_ != nullptr);
+  RTSTDB_ASSERT(impl_ != nullptr, "the pipeline was moved from");
   return impl_->group_size;
 }
 

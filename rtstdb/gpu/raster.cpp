@@ -99,7 +99,8 @@ RasterTarget::Impl::Impl(std::shared_ptr<Device::Impl> device_in, const RasterTa
 }
 
 Result<RasterTarget> Device::create_raster_target(const RasterTargetOptions& options) {
-  RTSTDB_ASSERT(limits().max_raster_side > 0 && options.width > 0 && options.height > 0);
+  RTSTDB_ASSERT(limits().max_raster_side > 0 && options.width > 0 && options.height > 0,
+                "the device draws no images, or the image has no pixels");
   if (options.width > limits().max_raster_side || options.height > limits().max_raster_side) {
     return Error{ErrorCode::capacity,
                  "raster target \"" + options.name + "\" of " + std::to_string(options.width) + " x " +
@@ -116,7 +117,7 @@ Result<RasterTarget> Device::create_raster_target(const RasterTargetOptions& opt
 
 Result<RasterPipeline> Device::create_raster_pipeline(const ShaderInfo& shader,
                                                       const ShaderInfo* of_fragments, BeyondDepth beyond) {
-  RTSTDB_ASSERT(limits().max_raster_side > 0);
+  RTSTDB_ASSERT(limits().max_raster_side > 0, "the device draws no images");
   check(shader);
   if (of_fragments != nullptr) check(*of_fragments);
   return impl_->attempt(

@@ -53,15 +53,20 @@ void Recorder::draw(const RasterPipeline& pipeline, const Bindings& bindings,
                     std::span<const std::byte> push_constants, const RasterTarget& target,
                     const Buffer& commands, std::uint32_t count) {
   RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr &&
-                target.impl_ != nullptr && commands.impl_ != nullptr);
+                    target.impl_ != nullptr && commands.impl_ != nullptr,
+                "the recorder or one of the arguments was moved from");
   const RasterPipeline::Impl& with = *pipeline.impl_;
   const RasterTarget::Impl& into = *target.impl_;
-  RTSTDB_ASSERT(impl_->state == Impl::State::recording);
-  RTSTDB_ASSERT(with.device == impl_->device && into.device == impl_->device);
-  RTSTDB_ASSERT(bindings.impl_->letters == with.letters && with.has_words == into.options.words);
-  RTSTDB_ASSERT(push_constants.size() == with.push_constant_bytes);
+  RTSTDB_ASSERT(impl_->state == Impl::State::recording, "the recorder is not recording");
+  RTSTDB_ASSERT(with.device == impl_->device && into.device == impl_->device,
+                "the pipeline or the target is of another device");
+  RTSTDB_ASSERT(bindings.impl_->letters == with.letters && with.has_words == into.options.words,
+                "the bindings or the target are not of the form that the pipeline has");
+  RTSTDB_ASSERT(push_constants.size() == with.push_constant_bytes,
+                "the push constants are not of the size that the shader has");
   RTSTDB_ASSERT(commands.impl_->options.indirect &&
-                std::size_t{count} * sizeof(DrawCommand) <= commands.impl_->options.size_bytes);
+                    std::size_t{count} * sizeof(DrawCommand) <= commands.impl_->options.size_bytes,
+                "the buffer is not for indirect draws, or is smaller than the commands");
   if (!impl_->begun) return;
   const vk::raii::CommandBuffer& to = impl_->commands;
   change_layout(to, into.depth, vk::ImageAspectFlagBits::eDepth, true);
@@ -94,22 +99,27 @@ void Recorder::draw(const RasterPipeline& pipeline, const Bindings& bindings,
 }
 
 void Recorder::copy_words(const RasterTarget& target, const Buffer& to, std::size_t offset_bytes) {
-  RTSTDB_ASSERT(impl_ != nullptr && target.impl_ != nullptr && to.impl_ != nullptr);
+  RTSTDB_ASSERT(impl_ != nullptr && target.impl_ != nullptr && to.impl_ != nullptr,
+                "the recorder, the target or the buffer was moved from");
   const RasterTargetOptions& options = target.impl_->options;
-  RTSTDB_ASSERT(options.words && impl_->state == Impl::State::recording);
-  RTSTDB_ASSERT(offset_bytes + std::size_t{options.width} * options.height * 8 <=
-                to.impl_->options.size_bytes);
+  RTSTDB_ASSERT(options.words && impl_->state == Impl::State::recording,
+                "the target has no words, or the recorder is not recording");
+  RTSTDB_ASSERT(
+      offset_bytes + std::size_t{options.width} * options.height * 8 <= to.impl_->options.size_bytes,
+      "the range goes beyond the end of the buffer");
   if (impl_->begun)
     copy_attachment(impl_->commands, target.impl_->words, vk::ImageAspectFlagBits::eColor, options, *to.impl_,
                     offset_bytes);
 }
 
 void Recorder::copy_depth(const RasterTarget& target, const Buffer& to, std::size_t offset_bytes) {
-  RTSTDB_ASSERT(impl_ != nullptr && target.impl_ != nullptr && to.impl_ != nullptr);
+  RTSTDB_ASSERT(impl_ != nullptr && target.impl_ != nullptr && to.impl_ != nullptr,
+                "the recorder, the target or the buffer was moved from");
   const RasterTargetOptions& options = target.impl_->options;
-  RTSTDB_ASSERT(impl_->state == Impl::State::recording);
+  RTSTDB_ASSERT(impl_->state == Impl::State::recording, "the recorder is not recording");
   RTSTDB_ASSERT(offset_bytes + std::size_t{options.width} * options.height * sizeof(float) <=
-                to.impl_->options.size_bytes);
+                    to.impl_->options.size_bytes,
+                "the range goes beyond the end of the buffer");
   if (impl_->begun)
     copy_attachment(impl_->commands, target.impl_->depth, vk::ImageAspectFlagBits::eDepth, options, *to.impl_,
                     offset_bytes);

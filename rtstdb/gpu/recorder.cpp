@@ -50,10 +50,13 @@ bool compiled(Pipeline::Impl& pipeline) noexcept {
 /// Binds pipeline, bindings and push constants. False: nothing is to be dispatched.
 bool bind_pipeline(const Recorder::Impl& recorder, Pipeline::Impl& pipeline, const Bindings::Impl& bindings,
                    std::span<const std::byte> push_constants) {
-  RTSTDB_ASSERT(recorder.state == Recorder::Impl::State::recording);
-  RTSTDB_ASSERT(pipeline.device == recorder.device && bindings.device == recorder.device);
-  RTSTDB_ASSERT(bindings.letters == pipeline.letters);
-  RTSTDB_ASSERT(push_constants.size() == pipeline.push_constant_bytes);
+  RTSTDB_ASSERT(recorder.state == Recorder::Impl::State::recording, "the recorder is not recording");
+  RTSTDB_ASSERT(pipeline.device == recorder.device && bindings.device == recorder.device,
+                "the pipeline or the bindings are of another device");
+  RTSTDB_ASSERT(bindings.letters == pipeline.letters,
+                "the bindings are not of the form that the pipeline has");
+  RTSTDB_ASSERT(push_constants.size() == pipeline.push_constant_bytes,
+                "the push constants are not of the size that the shader has");
   if (!recorder.begun) return false;
   if (!compiled(pipeline)) {
     recorder.device->lost = true;
@@ -101,8 +104,9 @@ Recorder::Recorder(Recorder&&) noexcept = default;
 Recorder& Recorder::operator=(Recorder&&) noexcept = default;
 
 void Recorder::begin() {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->state != Impl::State::recording);
-  RTSTDB_ASSERT(impl_->finished());
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state != Impl::State::recording,
+                "the recorder was moved from, or is recording already");
+  RTSTDB_ASSERT(impl_->finished(), "the last submission of the recorder has not finished");
   impl_->state = Impl::State::recording;
   impl_->written_slots = 0;
   impl_->begun = false;
@@ -120,8 +124,9 @@ void Recorder::begin() {
 
 void Recorder::dispatch(const Pipeline& pipeline, const Bindings& bindings,
                         std::span<const std::byte> push_constants, std::uint32_t groups) {
-  RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr);
-  RTSTDB_ASSERT(groups <= impl_->device->limits.max_groups);
+  RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr,
+                "the recorder, the pipeline or the bindings were moved from");
+  RTSTDB_ASSERT(groups <= impl_->device->limits.max_groups, "the number of workgroups is above max_groups");
   if (groups == 0) return;
   if (bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants))
     impl_->commands.dispatch(groups, 1, 1);
@@ -130,24 +135,28 @@ void Recorder::dispatch(const Pipeline& pipeline, const Bindings& bindings,
 void Recorder::dispatch_indirect(const Pipeline& pipeline, const Bindings& bindings,
                                  std::span<const std::byte> push_constants, const Buffer& counts,
                                  std::size_t offset_bytes) {
-  RTSTDB_ASSERT(impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr &&
-                counts.impl_ != nullptr);
-  RTSTDB_ASSERT(counts.impl_->options.indirect && offset_bytes % sizeof(std::uint32_t) == 0);
-  RTSTDB_ASSERT(in_range(*counts.impl_, offset_bytes, sizeof(VkDispatchIndirectCommand)));
+  RTSTDB_ASSERT(
+      impl_ != nullptr && pipeline.impl_ != nullptr && bindings.impl_ != nullptr && counts.impl_ != nullptr,
+      "the recorder or one of the arguments was moved from");
+  RTSTDB_ASSERT(counts.impl_->options.indirect && offset_bytes % sizeof(std::uint32_t) == 0,
+                "the buffer is not for indirect dispatches, or the offset is not a multiple of 4");
+  RTSTDB_ASSERT(in_range(*counts.impl_, offset_bytes, sizeof(VkDispatchIndirectCommand)),
+                "the range goes beyond the end of the buffer");
   if (bind_pipeline(*impl_, *pipeline.impl_, *bindings.impl_, push_constants))
     impl_->commands.dispatchIndirect(*counts.impl_->buffer, offset_bytes);
 }
 
 void Recorder::barrier() {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording, "the recorder is not recording");
   if (impl_->begun) order_work(impl_->commands);
 }
 
 void Recorder::copy(const Buffer& from, std::size_t from_offset, const Buffer& to, std::size_t to_offset,
                     std::size_t size_bytes) {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
-  RTSTDB_ASSERT(from.impl_ != nullptr && to.impl_ != nullptr);
-  RTSTDB_ASSERT(in_range(*from.impl_, from_offset, size_bytes) && in_range(*to.impl_, to_offset, size_bytes));
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording, "the recorder is not recording");
+  RTSTDB_ASSERT(from.impl_ != nullptr && to.impl_ != nullptr, "a buffer was moved from");
+  RTSTDB_ASSERT(in_range(*from.impl_, from_offset, size_bytes) && in_range(*to.impl_, to_offset, size_bytes),
+                "the range goes beyond the end of the buffer");
   if (size_bytes == 0 || !impl_->begun) return;
   impl_->commands.copyBuffer(*from.impl_->buffer, *to.impl_->buffer,
                              vk::BufferCopy(from_offset, to_offset, size_bytes));
@@ -155,22 +164,25 @@ void Recorder::copy(const Buffer& from, std::size_t from_offset, const Buffer& t
 
 void Recorder::fill(const Buffer& buffer, std::size_t offset_bytes, std::size_t size_bytes,
                     std::uint32_t word) {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
-  RTSTDB_ASSERT(buffer.impl_ != nullptr && in_range(*buffer.impl_, offset_bytes, size_bytes));
-  RTSTDB_ASSERT(offset_bytes % sizeof(word) == 0 && size_bytes % sizeof(word) == 0);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording, "the recorder is not recording");
+  RTSTDB_ASSERT(buffer.impl_ != nullptr && in_range(*buffer.impl_, offset_bytes, size_bytes),
+                "the buffer was moved from, or the range goes beyond its end");
+  RTSTDB_ASSERT(offset_bytes % sizeof(word) == 0 && size_bytes % sizeof(word) == 0,
+                "the offset or the size is not a multiple of 4");
   if (size_bytes == 0 || !impl_->begun) return;
   impl_->commands.fillBuffer(*buffer.impl_->buffer, offset_bytes, size_bytes, word);
 }
 
 void Recorder::timestamp(std::uint32_t slot) {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
-  RTSTDB_ASSERT(slot < max_timestamps && (impl_->written_slots >> slot & 1u) == 0);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording, "the recorder is not recording");
+  RTSTDB_ASSERT(slot < max_timestamps && (impl_->written_slots >> slot & 1u) == 0,
+                "the slot is not below max_timestamps, or has a timestamp already");
   impl_->written_slots |= 1u << slot;
   if (impl_->begun) impl_->commands.writeTimestamp2(Stage::eAllCommands, *impl_->timestamps, slot);
 }
 
 void Recorder::end() {
-  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording);
+  RTSTDB_ASSERT(impl_ != nullptr && impl_->state == Impl::State::recording, "the recorder is not recording");
   impl_->state = Impl::State::recorded;
   if (!impl_->begun) return;
   order(impl_->commands, Stage::eHost, Access::eHostRead);

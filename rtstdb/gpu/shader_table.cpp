@@ -26,7 +26,7 @@ const ShaderInfo& table_line(std::size_t index) noexcept {
 }  // namespace
 
 const ShaderInfo& shader_info(ShaderId shader) noexcept {
-  RTSTDB_ASSERT(shader < ShaderId::count);
+  RTSTDB_ASSERT(shader < ShaderId::count, "the shader is not in the table");
   return table_line(static_cast<std::size_t>(shader));
 }
 

@@ -50,12 +50,12 @@ Timeline::Timeline(Timeline&&) noexcept = default;
 Timeline& Timeline::operator=(Timeline&&) noexcept = default;
 
 std::uint64_t Timeline::submit(Recorder& recorder) {
-  RTSTDB_ASSERT(impl_ != nullptr && recorder.impl_ != nullptr);
+  RTSTDB_ASSERT(impl_ != nullptr && recorder.impl_ != nullptr, "the timeline or the recorder was moved from");
   Recorder::Impl& recorded = *recorder.impl_;
   Device::Impl& device = *impl_->device;
-  RTSTDB_ASSERT(recorded.device == impl_->device);
-  RTSTDB_ASSERT(recorded.state == Recorder::Impl::State::recorded);
-  RTSTDB_ASSERT(recorded.finished());
+  RTSTDB_ASSERT(recorded.device == impl_->device, "the recorder is of another device");
+  RTSTDB_ASSERT(recorded.state == Recorder::Impl::State::recorded, "the recorder has no complete recording");
+  RTSTDB_ASSERT(recorded.finished(), "the last submission of the recorder has not finished");
   if (device.lost) return 0;
   device.vk().vkResetQueryPool(*device.device, *recorded.timestamps, 0, Recorder::max_timestamps);
 
@@ -76,19 +76,23 @@ std::uint64_t Timeline::submit(Recorder& recorder) {
 }
 
 WaitResult Timeline::wait(std::uint64_t number, std::int64_t timeout_ns) {
-  RTSTDB_ASSERT(impl_ != nullptr && number <= impl_->last_number);
+  RTSTDB_ASSERT(impl_ != nullptr && number <= impl_->last_number,
+                "the timeline was moved from, or the number was never submitted");
   return impl_->wait(number, static_cast<std::uint64_t>(std::max<std::int64_t>(timeout_ns, 0)));
 }
 
 std::int64_t Timeline::elapsed_ns(const Recorder& recorder, std::uint32_t from_slot,
                                   std::uint32_t to_slot) const {
-  RTSTDB_ASSERT(impl_ != nullptr && recorder.impl_ != nullptr);
+  RTSTDB_ASSERT(impl_ != nullptr && recorder.impl_ != nullptr, "the timeline or the recorder was moved from");
   const Recorder::Impl& recorded = *recorder.impl_;
   const Device::Impl& device = *impl_->device;
-  RTSTDB_ASSERT(recorded.submitted_to == impl_ && recorded.finished());
-  RTSTDB_ASSERT(from_slot < Recorder::max_timestamps && to_slot < Recorder::max_timestamps);
-  RTSTDB_ASSERT((recorded.written_slots >> from_slot & 1u) != 0 &&
-                (recorded.written_slots >> to_slot & 1u) != 0);
+  RTSTDB_ASSERT(recorded.submitted_to == impl_ && recorded.finished(),
+                "the recorder was not submitted to this timeline, or has not finished");
+  RTSTDB_ASSERT(from_slot < Recorder::max_timestamps && to_slot < Recorder::max_timestamps,
+                "a slot is not below max_timestamps");
+  RTSTDB_ASSERT(
+      (recorded.written_slots >> from_slot & 1u) != 0 && (recorded.written_slots >> to_slot & 1u) != 0,
+      "a slot has no timestamp");
   const auto read = [&](std::uint32_t slot, std::uint64_t& value) {
     return device.vk().vkGetQueryPoolResults(*device.device, *recorded.timestamps, slot, 1, sizeof(value),
                                              &value, sizeof(value), VK_QUERY_RESULT_64_BIT) == VK_SUCCESS;

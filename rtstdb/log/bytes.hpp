@@ -30,17 +30,17 @@ class ByteWriter {
   }
   /// Reserves room for `bytes` bytes, which the caller fills.
   std::byte* next(std::size_t bytes) noexcept {
-    RTSTDB_ASSERT(bytes <= space_.size() - count_);
+    RTSTDB_ASSERT(bytes <= space_.size() - count_, "the bytes exceed the space");
     return space_.data() + std::exchange(count_, count_ + bytes);
   }
   void put_bytes(std::span<const std::byte> bytes) noexcept {
-    RTSTDB_ASSERT(bytes.size() <= space_.size() - count_);
+    RTSTDB_ASSERT(bytes.size() <= space_.size() - count_, "the bytes exceed the space");
     if (!bytes.empty()) std::memcpy(space_.data() + count_, bytes.data(), bytes.size());
     count_ += bytes.size();
   }
   void pad_to(std::size_t unit) noexcept {
     const std::size_t end = round_up(count_, unit);
-    RTSTDB_ASSERT(end <= space_.size());
+    RTSTDB_ASSERT(end <= space_.size(), "the bytes exceed the space");
     std::memset(space_.data() + count_, 0, end - count_);
     count_ = end;
   }

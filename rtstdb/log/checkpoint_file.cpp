@@ -56,7 +56,7 @@ DiskResult<std::unique_ptr<CheckpointFile>> CheckpointFile::create(Disk& disk, c
 
 DiskFault CheckpointFile::write_chunk(ChunkKind kind, std::uint32_t entries) {
   const auto payload = std::span(chunk_).subspan(sizeof(ChunkHeader));
-  RTSTDB_ASSERT(payload.size() <= max_payload_bytes);
+  RTSTDB_ASSERT(payload.size() <= max_payload_bytes, "the payload of the chunk is above max_payload_bytes");
   ChunkHeader header;
   header.kind = kind;
   header.number = chunks_++;
@@ -135,7 +135,7 @@ DiskResult<CheckpointFile::Progress> CheckpointFile::write_shape(WorldSource& so
 }
 
 DiskFault CheckpointFile::publish() {
-  RTSTDB_ASSERT(ended_ && !published_);
+  RTSTDB_ASSERT(ended_ && !published_, "the checkpoint is not complete, or was published already");
   if (auto fault = file_->sync()) return fault;
   if (auto fault = disk_.rename(unfinished_checkpoint_name(begin_.number), checkpoint_name(begin_.number)))
     return fault;

@@ -9,7 +9,7 @@ namespace rtstdb::log {
 
 Checkpointer::Step Checkpointer::begin(const Position& position, Version not_before, ClockTime now,
                                        std::int64_t real_time_ns) {
-  RTSTDB_ASSERT(may_begin(now));
+  RTSTDB_ASSERT(may_begin(now), "a checkpoint may not begin now");
   if (!request_) request_ = {position, not_before};
   try {
     return begin_file(now, real_time_ns);
@@ -41,7 +41,7 @@ Checkpointer::Step Checkpointer::begin_file(ClockTime now, std::int64_t real_tim
 }
 
 Checkpointer::Step Checkpointer::advance(const Synced& synced, ClockTime now) {
-  RTSTDB_ASSERT(in_progress());
+  RTSTDB_ASSERT(in_progress(), "no checkpoint is in progress");
   try {
     return advance_writing(synced, now);
   } catch (const std::bad_alloc&) {

@@ -159,7 +159,8 @@ std::size_t max_commit_bytes(const store::WriteSet& set) noexcept {
 
 void encode_commit(const store::WriteSet& set, const CommitEncoding& form,
                    std::span<std::byte> space) noexcept {
-  RTSTDB_ASSERT(space.size() == form.bytes && form.bytes <= max_record_bytes);
+  RTSTDB_ASSERT(space.size() == form.bytes && form.bytes <= max_record_bytes,
+                "the space is not of the size of the record, or the record is above max_record_bytes");
   ByteWriter writer(space);
   // Headers and bodies are written member by member, for the reason given in put_motion.
   writer.put(form.kind, form.omitted_words, static_cast<std::uint32_t>(form.bytes));
@@ -178,7 +179,7 @@ void encode_commit(const store::WriteSet& set, const CommitEncoding& form,
     for (const store::ShapeWrite& write : set.shapes)
       put_shape(writer, write.geometry, write.positions_m);
   }
-  RTSTDB_ASSERT(writer.count() == space.size());
+  RTSTDB_ASSERT(writer.count() == space.size(), "the record does not fill its space");
 }
 
 const char* CommitDecoder::decode_commit(std::span<const std::byte> bytes, store::WriteSet& set) {

@@ -159,7 +159,7 @@ DiskResult<std::uint64_t> write_geometry_file(Disk& disk, std::uint64_t database
     return *fault;
   }
   GeometryHeader header;
-  RTSTDB_ASSERT(ByteReader(bytes).get(header));
+  RTSTDB_ASSERT(ByteReader(bytes).get(header), "the file that was written has no header");
   return header.checksum;
 }
 

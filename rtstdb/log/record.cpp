@@ -10,7 +10,7 @@ namespace rtstdb::log {
 namespace {
 
 void put_header(ByteWriter& writer, RecordKind kind, std::span<std::byte> space) noexcept {
-  RTSTDB_ASSERT(space.size() <= max_record_bytes);
+  RTSTDB_ASSERT(space.size() <= max_record_bytes, "the record is above max_record_bytes");
   writer.put(RecordHeader{.kind = kind, .bytes = static_cast<std::uint32_t>(space.size())});
 }
 
@@ -23,7 +23,7 @@ std::size_t stored_geometry_bytes(const LoggedGeometry& geometry) noexcept {
 }
 
 void put_geometry(ByteWriter& writer, const LoggedGeometry& geometry) noexcept {
-  RTSTDB_ASSERT(geometry.name.size() <= max_name_bytes);
+  RTSTDB_ASSERT(geometry.name.size() <= max_name_bytes, "the name is longer than max_name_bytes");
   const GeometryOptions& options = geometry.options;
   writer.put(StoredGeometry{geometry.file, geometry.file_checksum, geometry.id.index,
                             options.deforms ? 1u : 0u, options.retained_shapes, options.rebuild_growth,
@@ -62,7 +62,7 @@ void encode_geometry(const LoggedGeometry& geometry, std::span<std::byte> space)
   ByteWriter writer(space);
   put_header(writer, RecordKind::geometry, space);
   put_geometry(writer, geometry);
-  RTSTDB_ASSERT(writer.count() == space.size());
+  RTSTDB_ASSERT(writer.count() == space.size(), "the record does not fill its space");
 }
 
 const char* RecordDecoder::decode_geometry(std::span<const std::byte> body) {
@@ -83,7 +83,7 @@ void encode_definition(const LoggedDefinition<Value>& definition, std::span<std:
   ByteWriter writer(space);
   put_header(writer, std::is_same_v<Value, Material> ? RecordKind::material : RecordKind::light, space);
   put_definition(writer, definition);
-  RTSTDB_ASSERT(writer.count() == space.size());
+  RTSTDB_ASSERT(writer.count() == space.size(), "the record does not fill its space");
 }
 
 template std::size_t definition_bytes(const LoggedMaterial&) noexcept;

@@ -50,7 +50,7 @@ bool Recorder::collect(const store::WriteSet& set) noexcept {
 bool Recorder::flush() noexcept {
   if (collected_bytes_ == 0) return false;
   const auto space = ring_.reserve(collected_bytes_);
-  RTSTDB_ASSERT(!space.empty());  // collect() checked it
+  RTSTDB_ASSERT(!space.empty(), "the ring has no space, which collect() checks");
   std::memcpy(space.data(), collected_.data(), collected_bytes_);
   ring_.commit();
   collected_bytes_ = 0;
@@ -77,7 +77,7 @@ void Recorder::discard(Version version) noexcept {
   if (in_gap()) return;  // the version is in the gap
   flush();
   const auto space = ring_.reserve(discard_bytes);
-  RTSTDB_ASSERT(!space.empty());
+  RTSTDB_ASSERT(!space.empty(), "the ring has no space for a discard");
   encode_discard(version, space);
   commit();
   previous_time_.reset();

@@ -9,7 +9,7 @@
 namespace rtstdb::log {
 
 Ring::Ring(std::size_t bytes) : pages_(round_up(bytes, 8)) {
-  RTSTDB_ASSERT(bytes >= 64);
+  RTSTDB_ASSERT(bytes >= 64, "the ring has less than 64 bytes");
   bytes_ = pages_.bytes();
 }
 
@@ -23,7 +23,8 @@ bool Ring::has_space_for(std::size_t bytes, std::size_t more) const noexcept {
 }
 
 std::span<std::byte> Ring::reserve(std::size_t bytes) noexcept {
-  RTSTDB_ASSERT(bytes >= sizeof(RecordHeader) && bytes % 8 == 0);
+  RTSTDB_ASSERT(bytes >= sizeof(RecordHeader) && bytes % 8 == 0,
+                "the record is shorter than its header, or its size is not a multiple of 8");
   if (!has_space_for(bytes)) return {};
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
   const std::size_t all = needed(head_place_, bytes);
@@ -34,7 +35,7 @@ std::span<std::byte> Ring::reserve(std::size_t bytes) noexcept {
 
 void Ring::commit() noexcept {
   const std::uint64_t head = head_.load(std::memory_order_relaxed);
-  RTSTDB_ASSERT(reserved_ > head);
+  RTSTDB_ASSERT(reserved_ > head, "no record was reserved");
   if (reserved_from_ != head) left_out_from_.store(head, std::memory_order_relaxed);
   head_place_ = place_behind(head_place_, static_cast<std::size_t>(reserved_ - reserved_from_));
   head_.store(reserved_, std::memory_order_release);

@@ -53,7 +53,7 @@ DiskFault write_begin(DiskFile& file, SegmentHeader header, std::span<const std:
 DiskResult<std::unique_ptr<SegmentFile>> SegmentFile::create(Disk& disk, const Begin& begin,
                                                              std::span<const std::byte> first_groups,
                                                              std::uint64_t bytes) {
-  RTSTDB_ASSERT(first_groups.size() % sector_bytes == 0);
+  RTSTDB_ASSERT(first_groups.size() % sector_bytes == 0, "the groups are not whole sectors");
   SegmentHeader header;
   header.database_id = begin.database_id;
   header.number = begin.number;
@@ -82,7 +82,7 @@ DiskResult<std::unique_ptr<SegmentFile>> SegmentFile::create(Disk& disk, const B
 }
 
 DiskFault SegmentFile::append(std::span<const std::byte> group) {
-  RTSTDB_ASSERT(group.size() % sector_bytes == 0);
+  RTSTDB_ASSERT(group.size() % sector_bytes == 0, "the group is not whole sectors");
   auto fault = file_->write(offset_, group);
   if (!fault) fault = file_->sync();
   if (fault) {

@@ -136,7 +136,7 @@ std::size_t stored_definition_bytes(const LoggedDefinition<Value>& definition) n
 
 template <class Value>
 void put_definition(ByteWriter& writer, const LoggedDefinition<Value>& definition) noexcept {
-  RTSTDB_ASSERT(definition.name.size() <= max_name_bytes);
+  RTSTDB_ASSERT(definition.name.size() <= max_name_bytes, "the name is longer than max_name_bytes");
   writer.put(StoredDefinition{definition.id.index, count_stored(definition.value),
                               static_cast<std::uint32_t>(definition.name.size()),
                               Form<Value>::kind_of(definition.value)});

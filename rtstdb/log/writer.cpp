@@ -40,7 +40,7 @@ Writer::Writer(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source, 
 
 Result<std::unique_ptr<Writer>> Writer::start(Disk& disk, const Clock& clock, Ring& ring, WorldSource& source,
                                               const WriterOptions& options, const LogStart& start) {
-  RTSTDB_ASSERT(start.database_id != 0);
+  RTSTDB_ASSERT(start.database_id != 0, "the database has no id");
   auto listing = list_log(disk);
   if (!listing) return describe(listing.error());
   // Unfinished files are ignored by readers, so a failed removal does not matter.

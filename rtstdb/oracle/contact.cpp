@@ -57,10 +57,12 @@ void add_candidate(const BoundedEntity& first, const BoundedEntity& second, doub
 PosedPair posed_pair(const World& world, EntityId first, EntityId second, WorldTime t) {
   const EntityState* of_first = world.find(first);
   const EntityState* of_second = world.find(second);
-  RTSTDB_ASSERT(of_first != nullptr && of_second != nullptr && of_first != of_second);
-  RTSTDB_ASSERT(of_first->row.geometry.valid() && of_second->row.geometry.valid());
+  RTSTDB_ASSERT(of_first != nullptr && of_second != nullptr && of_first != of_second,
+                "the entities of a pair do not exist, or are one entity");
+  RTSTDB_ASSERT(of_first->row.geometry.valid() && of_second->row.geometry.valid(),
+                "an entity of a pair has no geometry");
   PosedPair pair{posed(world, *of_first, t, false), posed(world, *of_second, t, false), {}, {}};
-  RTSTDB_ASSERT(pair.first.mesh->convex() && pair.second.mesh->convex());
+  RTSTDB_ASSERT(pair.first.mesh->convex() && pair.second.mesh->convex(), "a body of a pair is not convex");
   pair.first_body = convex_body(pair.first, pair.first.pose.p_world_m);
   pair.second_body = convex_body(pair.second, pair.first.pose.p_world_m);
   return pair;
@@ -114,8 +116,9 @@ std::vector<ContactCandidate> contact_candidates(const World& world, const Conta
   std::vector<ContactCandidate> candidates;
   if (search.first.valid()) {
     const EntityState* named = world.find(search.first);
-    RTSTDB_ASSERT(named != nullptr && named->row.geometry.valid());
-    RTSTDB_ASSERT(search.first != search.second);
+    RTSTDB_ASSERT(named != nullptr && named->row.geometry.valid(),
+                  "the first entity does not exist, or has no geometry");
+    RTSTDB_ASSERT(search.first != search.second, "the first and the second entity are the same");
     const BoundedEntity first = bounded(world, *named, search.t);
     for (const EntityState& state : world.entities()) {
       const bool is_named = state.id == search.second;

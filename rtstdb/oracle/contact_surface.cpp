@@ -14,7 +14,8 @@ constexpr double depth_accuracy = 5e-4;
 
 const EntityState& state_of(const World& world, EntityId id) {
   const EntityState* state = world.find(id);
-  RTSTDB_ASSERT(state != nullptr && state->row.geometry.valid());
+  RTSTDB_ASSERT(state != nullptr && state->row.geometry.valid(),
+                "the entity does not exist, or has no geometry");
   return *state;
 }
 

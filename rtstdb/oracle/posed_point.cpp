@@ -15,7 +15,7 @@ namespace rtstdb::oracle {
 PosedPoint::PosedPoint(const World& world, const Nearest& point) : point_m(point.point_m) {
   if (point.carrier.valid()) {
     const EntityState* carrier = world.find(point.carrier);
-    RTSTDB_ASSERT(carrier != nullptr);
+    RTSTDB_ASSERT(carrier != nullptr, "the carrier does not exist");
     const PosedEntity at = posed(world, *carrier, point.t, false);
     const Motion& motion = carrier->row.motion;
     const glm::dvec3 arm_m = at.pose.q_world * point_m;
@@ -25,8 +25,8 @@ PosedPoint::PosedPoint(const World& world, const Nearest& point) : point_m(point
   } else {
     noise_units_m = glm::length(point_m);
   }
-  RTSTDB_ASSERT(std::isfinite(noise_units_m));
-  RTSTDB_ASSERT(point.radius_m >= 0.0f);
+  RTSTDB_ASSERT(std::isfinite(noise_units_m), "the point is not finite");
+  RTSTDB_ASSERT(point.radius_m >= 0.0f, "the radius is negative");
 }
 
 double PosedPoint::noise_m(const PosedEntity& entity) const noexcept {

@@ -50,7 +50,7 @@ PosedRay::PosedRay(const World& world, const Ray& ray, bool ignore_motion)
       lambda_max(static_cast<double>(ray.lambda_max)) {
   if (ray.carrier.valid()) {
     const EntityState* carrier = world.find(ray.carrier);
-    RTSTDB_ASSERT(carrier != nullptr);
+    RTSTDB_ASSERT(carrier != nullptr, "the carrier does not exist");
     const PosedEntity at = posed(world, *carrier, ray.t, ignore_motion);
     const Motion& motion = carrier->row.motion;
     const glm::dvec3 arm_m = at.pose.q_world * origin_m;
@@ -63,8 +63,9 @@ PosedRay::PosedRay(const World& world, const Ray& ray, bool ignore_motion)
     noise_units_m = glm::length(origin_m);
   }
   length = glm::length(direction);
-  RTSTDB_ASSERT(std::isfinite(length) && length > 0.0 && std::isfinite(noise_units_m));
-  RTSTDB_ASSERT(lambda_min <= lambda_max);
+  RTSTDB_ASSERT(std::isfinite(length) && length > 0.0 && std::isfinite(noise_units_m),
+                "the ray is not finite, or its direction is zero");
+  RTSTDB_ASSERT(lambda_min <= lambda_max, "lambda_min is above lambda_max");
 }
 
 LocalRay PosedRay::in_frame_of(const PosedEntity& entity) const noexcept {

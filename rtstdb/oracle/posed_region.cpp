@@ -18,7 +18,7 @@ PosedRegion posed_region(const World& world, const Region& region) {
   double noise = glm::length(half_m);
   if (region.carrier.valid()) {
     const EntityState* carrier = world.find(region.carrier);
-    RTSTDB_ASSERT(carrier != nullptr);
+    RTSTDB_ASSERT(carrier != nullptr, "the carrier does not exist");
     const PosedEntity at = posed(world, *carrier, region.t, false);
     noise += noise_units_m(*carrier, at.pose, at.dt_s, glm::length(center_m) + glm::length(half_m));
     center_m = at.pose.p_world_m + at.pose.q_world * center_m;
@@ -26,8 +26,9 @@ PosedRegion posed_region(const World& world, const Region& region) {
   } else {
     noise += glm::length(center_m);
   }
-  RTSTDB_ASSERT(std::isfinite(noise));
-  RTSTDB_ASSERT(half_m.x >= 0.0 && half_m.y >= 0.0 && half_m.z >= 0.0);
+  RTSTDB_ASSERT(std::isfinite(noise), "the region is not finite");
+  RTSTDB_ASSERT(half_m.x >= 0.0 && half_m.y >= 0.0 && half_m.z >= 0.0,
+                "a half extent of the region is negative");
   const glm::dmat3 axes = glm::mat3_cast(q);
   return {{center_m, {axes[0], axes[1], axes[2]}, half_m}, noise};
 }

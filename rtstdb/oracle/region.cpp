@@ -106,7 +106,8 @@ std::vector<EntityGap> gaps(const World& world, const Region& region) {
 
 std::vector<EntityGap> gaps(const World& world, const Overlap& overlap) {
   const EntityState* self = world.find(overlap.entity);
-  RTSTDB_ASSERT(self != nullptr && self->row.geometry.valid());
+  RTSTDB_ASSERT(self != nullptr && self->row.geometry.valid(),
+                "the entity does not exist, or has no geometry");
   const PosedEntity at = posed(world, *self, overlap.t, false);
   const OrientedBox own = oriented_bounds(at);
   std::vector<EntityGap> all;

@@ -32,10 +32,11 @@ World::World(std::vector<EntityState> entities, std::vector<std::shared_ptr<cons
       pieces_(meshes_.size()),
       version_time_(version_time) {
   for (std::size_t i = 0; i < entities_.size(); ++i) {
-    RTSTDB_ASSERT(i == 0 || entities_[i - 1].id.index < entities_[i].id.index);
+    RTSTDB_ASSERT(i == 0 || entities_[i - 1].id.index < entities_[i].id.index,
+                  "the entities are not in the order of their indices");
     if (!entities_[i].row.geometry.valid()) continue;
-    RTSTDB_ASSERT(entities_[i].row.geometry.index < meshes_.size());
-    RTSTDB_ASSERT(meshes_[entities_[i].row.geometry.index] != nullptr);
+    RTSTDB_ASSERT(entities_[i].row.geometry.index < meshes_.size(), "an entity has an unknown geometry");
+    RTSTDB_ASSERT(meshes_[entities_[i].row.geometry.index] != nullptr, "the mesh of an entity is null");
   }
 }
 

@@ -280,7 +280,7 @@ RunReport GpuExecutor::run_windows(Lanes& lanes, const RowSource& rows, std::spa
 
 bool GpuExecutor::revive(ExecutorCallbacks* callbacks) noexcept {
   if (!lost()) return true;
-  RTSTDB_ASSERT(depth_ == 0);
+  RTSTDB_ASSERT(depth_ == 0, "a query is in progress");
   if (callbacks != nullptr) callbacks->begin_wait();
   bool revived = false;
   try {

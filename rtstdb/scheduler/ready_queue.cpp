@@ -32,12 +32,12 @@ void ReadyQueue::erase(const ScheduledTransaction& transaction) noexcept {
 }
 
 ReadyQueue::ReadyQueue(std::uint32_t capacity) : capacity_(capacity) {
-  RTSTDB_ASSERT(capacity >= 1);
+  RTSTDB_ASSERT(capacity >= 1, "the capacity is 0");
   heap_.reserve(capacity);
 }
 
 void ReadyQueue::push(ScheduledTransaction& transaction) noexcept {
-  RTSTDB_ASSERT(!full());
+  RTSTDB_ASSERT(!full(), "the queue is full");
   heap_.push_back(&transaction);
   std::push_heap(heap_.begin(), heap_.end(), goes_after);
 }

@@ -62,7 +62,7 @@ class RunStack {
   /// Begins a run above all others; its time counts from `now` on. Misuse with more than max_nesting + 2
   /// runs.
   Run& push(ScheduledTransaction& transaction, ClockTime now) noexcept {
-    RTSTDB_ASSERT(count_ < runs_.size());
+    RTSTDB_ASSERT(count_ < runs_.size(), "more runs than max_nesting + 2");
     Run& run = runs_[count_++];
     run = {};
     run.transaction = &transaction;
@@ -71,7 +71,7 @@ class RunStack {
   }
   /// Ends the innermost run.
   void pop() noexcept {
-    RTSTDB_ASSERT(count_ > 0);
+    RTSTDB_ASSERT(count_ > 0, "no run is in progress");
     --count_;
   }
 

@@ -45,7 +45,7 @@ void ChangeFeed::start() noexcept {
 
 Bounds ChangeFeed::bounds(GeometryId geometry, std::span<const glm::vec3> positions_m) const noexcept {
   const std::vector<std::uint32_t>& used = used_positions_[geometry.index];
-  RTSTDB_ASSERT(!used.empty());
+  RTSTDB_ASSERT(!used.empty(), "no triangle of the geometry uses a position");
   Bounds made{positions_m[used.front()], positions_m[used.front()]};
   for (const std::uint32_t position : used) {
     made.minimum_m = glm::min(made.minimum_m, positions_m[position]);

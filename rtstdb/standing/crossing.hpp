@@ -45,7 +45,7 @@ class SampleStack {
  public:
   bool empty() const { return count_ == 0; }
   void push(const Sample& sample) {
-    RTSTDB_ASSERT(count_ < most);
+    RTSTDB_ASSERT(count_ < most, "the stack of samples is full");
     std::construct_at(at(count_), sample);
     ++count_;
   }
@@ -78,7 +78,7 @@ template <class BorderFunction>
 Crossing first_crossing(const BorderFunction& function, std::int64_t from_ns, std::int64_t to_ns,
                         bool member) {
   using Sample = typename BorderFunction::Sample;
-  RTSTDB_ASSERT(from_ns <= to_ns);
+  RTSTDB_ASSERT(from_ns <= to_ns, "the interval of time ends before it begins");
   if (from_ns == to_ns) return {Crossing::What::none, to_ns};
   SampleStack<Sample, 66> later;  // each interval is half as long as the one before: at most 63
   later.push(function.at(to_ns));

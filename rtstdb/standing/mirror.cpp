@@ -51,7 +51,7 @@ EntityBox Mirror::box(const EntityState& state, bool is_point) const noexcept {
 void Mirror::set_row(const EntityState& state) {
   const GeometryId geometry = state.row.geometry;
   if (geometry.valid() && geometry.index >= geometries_.size()) take_added_geometries();
-  RTSTDB_ASSERT(!geometry.valid() || geometry.index < geometries_.size());
+  RTSTDB_ASSERT(!geometry.valid() || geometry.index < geometries_.size(), "a row has an unknown geometry");
   if (state.id.index >= rows_.size()) rows_.resize(state.id.index + 1);
   EntityState& row = rows_[state.id.index];
   const bool used_before = row.id.valid() && row.row.geometry == geometry;
@@ -112,7 +112,7 @@ void Mirror::compare(std::span<const EntityState> rows, std::span<const ShapeBou
   }
   take_added_geometries();
   for (const ShapeBounds& shape : shapes) {
-    RTSTDB_ASSERT(shape.geometry.index < geometries_.size());
+    RTSTDB_ASSERT(shape.geometry.index < geometries_.size(), "a shape has an unknown geometry");
     const Geometry& geometry = geometries_[shape.geometry.index];
     if (!same(geometry.bounds, shape.bounds)) append_users(geometry, shape.geometry.index, changed);
   }
@@ -129,7 +129,7 @@ void Mirror::replace(VersionInfo version, std::span<const EntityState> rows,
   for (const EntityState& state : rows)
     set_row(state);
   for (const ShapeBounds& shape : shapes) {
-    RTSTDB_ASSERT(shape.geometry.index < geometries_.size());
+    RTSTDB_ASSERT(shape.geometry.index < geometries_.size(), "a shape has an unknown geometry");
     geometries_[shape.geometry.index].bounds = shape.bounds;
   }
 }

@@ -153,7 +153,7 @@ void Watch::push(const Certificate& certificate) {
 
 void Watch::set_member(std::uint32_t index, bool member, std::int64_t ns, EventCause cause) {
   Entry& entry = entries_[index];
-  RTSTDB_ASSERT(entry.member != member);
+  RTSTDB_ASSERT(entry.member != member, "the entity is a member already, or is none already");
   entry.member = member;
   publish(member ? EventKind::enter : EventKind::exit, cause, {index, entry.generation}, ns);
 }

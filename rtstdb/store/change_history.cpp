@@ -6,7 +6,7 @@ namespace rtstdb::store {
 
 ChangeHistory::ChangeHistory(std::uint32_t max_entities, std::uint32_t retained_changes)
     : ring_(retained_changes), chains_(max_entities) {
-  RTSTDB_ASSERT(retained_changes >= 1);
+  RTSTDB_ASSERT(retained_changes >= 1, "no change is retained");
 }
 
 void ChangeHistory::record(Version version, std::uint32_t index, const EntityState& before) noexcept {

@@ -32,7 +32,7 @@ class DefinitionTable {
   /// replaces it. Misuse: the table is full.
   Id prepare(const Value& value, std::string_view name) {
     const std::uint32_t index = count();
-    RTSTDB_ASSERT(index < Kind::capacity);
+    RTSTDB_ASSERT(index < Kind::capacity, "the table is full");
     names_.resize(index);
     names_.emplace_back(name);
     values_[index] = value;

@@ -24,7 +24,7 @@ std::vector<std::uint64_t> all_set(std::uint32_t bits) {
 }  // namespace
 
 FreeIndices::FreeIndices(std::uint32_t count) {
-  RTSTDB_ASSERT(count >= 1);
+  RTSTDB_ASSERT(count >= 1, "there are no indices");
   levels_.push_back(all_set(count));
   while (levels_.back().size() > 1) {
     levels_.push_back(all_set(static_cast<std::uint32_t>(levels_.back().size())));
@@ -42,8 +42,8 @@ std::optional<std::uint32_t> FreeIndices::acquire_lowest() noexcept {
 }
 
 void FreeIndices::acquire(std::uint32_t index) noexcept {
-  RTSTDB_ASSERT(index / word_bits < levels_[0].size() &&
-                (levels_[0][index / word_bits] & bit_of(index)) != 0);
+  RTSTDB_ASSERT(index / word_bits < levels_[0].size() && (levels_[0][index / word_bits] & bit_of(index)) != 0,
+                "the index is in use or beyond the last one");
   for (auto& words : levels_) {
     words[index / word_bits] &= ~bit_of(index);
     if (words[index / word_bits] != 0) return;
@@ -52,8 +52,8 @@ void FreeIndices::acquire(std::uint32_t index) noexcept {
 }
 
 void FreeIndices::release(std::uint32_t index) noexcept {
-  RTSTDB_ASSERT(index / word_bits < levels_[0].size() &&
-                (levels_[0][index / word_bits] & bit_of(index)) == 0);
+  RTSTDB_ASSERT(index / word_bits < levels_[0].size() && (levels_[0][index / word_bits] & bit_of(index)) == 0,
+                "the index is free or beyond the last one");
   for (auto& words : levels_) {
     const bool was_empty = words[index / word_bits] == 0;
     words[index / word_bits] |= bit_of(index);

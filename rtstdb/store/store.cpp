@@ -62,21 +62,26 @@ Store::Store(StoreOptions options)
       staged_shape_(options_.max_geometries, 0),
       latest_(empty_world),
       marks_(options_.max_entities, 0) {
-  RTSTDB_ASSERT(options_.max_entities <= max_entities);
-  RTSTDB_ASSERT(options_.geometry_known && options_.material_known && options_.light_known);
+  RTSTDB_ASSERT(options_.max_entities <= max_entities, "more entities than max_entities");
+  RTSTDB_ASSERT(options_.geometry_known && options_.material_known && options_.light_known,
+                "a function that checks ids is missing");
 }
 
 void Store::restore(const RestoredRows& restored) noexcept {
-  RTSTDB_ASSERT(progress_ == Progress::none && latest_.version == empty_world.version && next_version_ == 1);
-  RTSTDB_ASSERT(restored.rows.size() <= current_.size() &&
-                restored.rows.size() == restored.generations.size());
-  RTSTDB_ASSERT(restored.next_version > restored.latest.version);
+  RTSTDB_ASSERT(progress_ == Progress::none && latest_.version == empty_world.version && next_version_ == 1,
+                "the store is in use already");
+  RTSTDB_ASSERT(
+      restored.rows.size() <= current_.size() && restored.rows.size() == restored.generations.size(),
+      "the rows exceed the capacity, or have another number than the generations");
+  RTSTDB_ASSERT(restored.next_version > restored.latest.version,
+                "the next version is not above the latest one");
   for (std::size_t index = 0; index < restored.rows.size(); ++index) {
     const EntityState& state = restored.rows[index];
     generations_[index] = restored.generations[index];
     current_[index].id.generation = restored.generations[index];
     if (!state.id.valid()) continue;
-    RTSTDB_ASSERT(state.id.index == index && state.id.generation == restored.generations[index]);
+    RTSTDB_ASSERT(state.id.index == index && state.id.generation == restored.generations[index],
+                  "a row has another index or generation than its place");
     current_[index] = state;
     free_.acquire(static_cast<std::uint32_t>(index));
   }
@@ -90,7 +95,7 @@ void Store::restore(const RestoredRows& restored) noexcept {
 // ---- reading
 
 Snapshot Store::staged_snapshot() const noexcept {
-  RTSTDB_ASSERT(progress_ != Progress::none);
+  RTSTDB_ASSERT(progress_ != Progress::none, "no commit is staged");
   return {*this, {staged_->version, staged_->time}};
 }
 
@@ -131,7 +136,7 @@ bool Store::keeps(Version version) const noexcept {
 }
 
 const EntityState* Store::row(Version version, std::uint32_t index) const noexcept {
-  RTSTDB_ASSERT(index < index_limit_);
+  RTSTDB_ASSERT(index < index_limit_, "the index is beyond the last one");
   const EntityState* state = &current_[index];
   if (is_staged(version)) {
     if (const std::uint32_t ordinal = staged_write_[index]; ordinal != 0) {
@@ -139,14 +144,15 @@ const EntityState* Store::row(Version version, std::uint32_t index) const noexce
       return write.kind == WriteKind::remove ? nullptr : &write.state;
     }
   } else {
-    RTSTDB_ASSERT(version >= oldest_kept());
+    RTSTDB_ASSERT(version >= oldest_kept(), "the version is older than the retained ones");
     state = &changes_.state_at(version, index, *state);
   }
   return state->id.valid() ? state : nullptr;
 }
 
 const EntityState& Store::slot(Version version, std::uint32_t index) const noexcept {
-  RTSTDB_ASSERT(index < index_limit_ && !is_staged(version) && version >= oldest_kept());
+  RTSTDB_ASSERT(index < index_limit_ && !is_staged(version) && version >= oldest_kept(),
+                "the index is beyond the last one, or the version is staged or older than the retained ones");
   return changes_.state_at(version, index, current_[index]);
 }
 
@@ -188,8 +194,8 @@ void Store::for_each_staged_row(Visit visit) const noexcept {
 }
 
 std::optional<BadInput> Store::stage(WriteSet& set) noexcept {
-  RTSTDB_ASSERT(progress_ == Progress::none);
-  RTSTDB_ASSERT(!set.empty());
+  RTSTDB_ASSERT(progress_ == Progress::none, "a commit is staged already");
+  RTSTDB_ASSERT(!set.empty(), "the commit has no writes");
   if (auto fault = check_time(set.time)) return fault;
   set.version = next_version_;
   staged_ = &set;
@@ -215,21 +221,24 @@ std::optional<BadInput> Store::stage(WriteSet& set) noexcept {
 }
 
 void Store::restage(WriteSet& set) noexcept {
-  RTSTDB_ASSERT(progress_ == Progress::none && !set.empty());
-  RTSTDB_ASSERT(set.version >= next_version_ && set.time >= latest_.time);
+  RTSTDB_ASSERT(progress_ == Progress::none && !set.empty(),
+                "a commit is staged already, or the commit has no writes");
+  RTSTDB_ASSERT(set.version >= next_version_ && set.time >= latest_.time,
+                "the version or the time of the commit is before the latest one");
   staged_ = &set;
   for (std::size_t ordinal = 0; ordinal < set.writes.size(); ++ordinal) {
     Write& write = set.writes[ordinal];
     const EntityId id = write.state.id;
-    RTSTDB_ASSERT(id.index < options_.max_entities);
+    RTSTDB_ASSERT(id.index < options_.max_entities, "the index is beyond the capacity");
     if (write.kind == WriteKind::create) {
       ++generations_[id.index];
-      RTSTDB_ASSERT(generations_[id.index] == id.generation);
+      RTSTDB_ASSERT(generations_[id.index] == id.generation,
+                    "the generation is not the next one of the index");
       free_.acquire(id.index);
       index_limit_ = std::max(index_limit_, id.index + 1);
     } else {
       const EntityState* const before = find_staged(id);
-      RTSTDB_ASSERT(before != nullptr);
+      RTSTDB_ASSERT(before != nullptr, "the entity of a write does not exist");
       if (write.kind == WriteKind::remove) free_.release(id.index);
       if (write.kind == WriteKind::update_motion)
         write.state.row = with_motion(before->row, write.state.row.motion);
@@ -358,13 +367,13 @@ void Store::unwind(std::size_t count) noexcept {
 }
 
 void Store::publish() noexcept {
-  RTSTDB_ASSERT(progress_ == Progress::staged);
+  RTSTDB_ASSERT(progress_ == Progress::staged, "no commit is staged");
   progress_ = Progress::published;
   latest_ = {staged_->version, staged_->time};
 }
 
 void Store::complete_commit() noexcept {
-  RTSTDB_ASSERT(progress_ == Progress::published);
+  RTSTDB_ASSERT(progress_ == Progress::published, "no commit is published");
   for_each_staged_row([this](const Write& write) {
     EntityState& row = current_[write.state.id.index];
     changes_.record(staged_->version, write.state.id.index, row);
@@ -383,7 +392,7 @@ void Store::complete_commit() noexcept {
 }
 
 void Store::discard() noexcept {
-  RTSTDB_ASSERT(progress_ != Progress::none);
+  RTSTDB_ASSERT(progress_ != Progress::none, "no commit is staged");
   for_each_staged_row(
       [this](const Write& write) { discarded_.record(staged_->version, write.state.id.index); });
   unwind(staged_->writes.size());

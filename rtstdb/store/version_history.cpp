@@ -5,12 +5,13 @@
 namespace rtstdb::store {
 
 VersionHistory::VersionHistory(std::size_t size, VersionInfo first) : ring_(size) {
-  RTSTDB_ASSERT(size >= 1);
+  RTSTDB_ASSERT(size >= 1, "no version is retained");
   append(first);
 }
 
 void VersionHistory::append(VersionInfo version) noexcept {
-  RTSTDB_ASSERT(count_ == 0 || (version.version > newest().version && version.time >= newest().time));
+  RTSTDB_ASSERT(count_ == 0 || (version.version > newest().version && version.time >= newest().time),
+                "the version or its time is before the newest one");
   if (count_ == ring_.size()) {
     ring_[oldest_] = version;
     oldest_ = (oldest_ + 1) % ring_.size();

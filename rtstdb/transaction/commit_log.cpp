@@ -183,7 +183,7 @@ void CommitLog::hold(TransactionImpl& transaction) noexcept {
 
 bool CommitLog::write_through(const store::WriteSet& set) noexcept {
   const bool recorded = recorder_.record(set);
-  RTSTDB_ASSERT(recorded);  // refuses() has said so
+  RTSTDB_ASSERT(recorded, "the log refused a commit after refuses() returned nothing");
   wake_up_.notify_now();
   wait_until([&] { return durable() >= set.version || writer_->waits_for_checkpoint(); });
   return durable() >= set.version;
@@ -211,7 +211,7 @@ bool CommitLog::has_space_for(const log::LoggedGeometry& geometry) const noexcep
 
 void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t positions) {
   const bool recorded = recorder_.record(geometry);
-  RTSTDB_ASSERT(recorded);  // has_space_for() has said so
+  RTSTDB_ASSERT(recorded, "the log refused a geometry after has_space_for() returned true");
   world_copy_.add(geometry, positions);
   wake_up_.notify_now();
 }
@@ -219,7 +219,7 @@ void CommitLog::record_geometry(const log::LoggedGeometry& geometry, std::size_t
 template <class Value>
 void CommitLog::record_definition(const log::LoggedDefinition<Value>& definition) {
   const bool recorded = recorder_.record(definition);
-  RTSTDB_ASSERT(recorded);  // has_space_for() has said so
+  RTSTDB_ASSERT(recorded, "the log refused a definition after has_space_for() returned true");
   world_copy_.add(definition);
   wake_up_.notify_now();
 }

@@ -9,7 +9,7 @@ namespace rtstdb::transaction {
 void HeldTransactions::hold(TransactionImpl& transaction) noexcept {
   count_.fetch_add(1, std::memory_order_release);
   const bool open = given_.push(transaction);
-  RTSTDB_ASSERT(open);
+  RTSTDB_ASSERT(open, "the queue of held transactions is closed");
 }
 
 void HeldTransactions::take_over() noexcept {

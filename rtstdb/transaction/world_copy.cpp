@@ -16,7 +16,7 @@ constexpr int attempts_in_slices = 3;
 
 void WorldCopy::add(const log::LoggedGeometry& geometry, std::size_t positions) {
   const std::lock_guard lock(known_mutex_);
-  RTSTDB_ASSERT(geometry.id.index == known_.size());
+  RTSTDB_ASSERT(geometry.id.index == known_.size(), "the geometry is not the next one of the log");
   known_.push_back({geometry, geometry.options.deforms ? positions : 0});
   copying_.geometries_known.store(known_.size(), std::memory_order_relaxed);
 }

@@ -201,11 +201,11 @@ TEST_F(BufferTest, IsNotBoundAboveTheStorageLimit) {
 
 TEST_F(BufferDeathTest, AbortsOnBadSizesAndUnmappedAccess) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  EXPECT_DEATH((void)device().create_buffer({.name = "empty"}), "size_bytes != 0");
+  EXPECT_DEATH((void)device().create_buffer({.name = "empty"}), "the buffer has no bytes");
   EXPECT_DEATH((void)device().create_buffer({.name = "odd", .size_bytes = 20, .texel_uint4 = true}),
-               "texel_bytes");
+               "the size is not a multiple of that of a texel");
   const Buffer local = make_buffer({.name = "local", .size_bytes = 64});
-  EXPECT_DEATH((void)local.host(), "mapped");
+  EXPECT_DEATH((void)local.host(), "its memory is not mapped");
 }
 
 TEST_F(BufferDeathTest, AbortsOnABindingWithoutTheView) {
@@ -213,9 +213,12 @@ TEST_F(BufferDeathTest, AbortsOnABindingWithoutTheView) {
   const Buffer uints = make_buffer({.name = "uints", .size_bytes = 64, .texel_uint4 = true});
   const Buffer floats = make_buffer({.name = "floats", .size_bytes = 64, .texel_float4 = true});
   const Pipeline read = make_pipeline(TestShader::read_texels);
-  EXPECT_DEATH((void)make_bindings(read, {&floats, &floats, &uints}), "view");
-  EXPECT_DEATH((void)make_bindings(read, {&uints, &uints, &uints}), "view");
-  EXPECT_DEATH((void)make_bindings(read, {&uints, &floats}), "letters.size");
+  EXPECT_DEATH((void)make_bindings(read, {&floats, &floats, &uints}),
+               "no view of the type that the shader reads");
+  EXPECT_DEATH((void)make_bindings(read, {&uints, &uints, &uints}),
+               "no view of the type that the shader reads");
+  EXPECT_DEATH((void)make_bindings(read, {&uints, &floats}),
+               "the number of buffers is not that of the bindings");
   EXPECT_TRUE(make_bindings(read, {&uints, &floats, &floats}));
 }
 

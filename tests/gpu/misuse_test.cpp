@@ -73,8 +73,8 @@ TEST_F(MisuseDeathTest, APixelBeyondTheImage) {
 }
 
 TEST_F(MisuseDeathTest, ARuleInsideTheDatabaseHasNoBuildPath) {
-  EXPECT_DEATH(assertion_failed("a == b", "/somewhere/rtstdb/build/../rtstdb/log/ring.cpp", 12),
-               "^rtstdb/log/ring.cpp:12: rtstdb was misused: the rule a == b does not hold");
+  EXPECT_DEATH(assertion_failed("the ring is full", "/somewhere/rtstdb/build/../rtstdb/log/ring.cpp", 12),
+               "^rtstdb/log/ring.cpp:12: assertion failed: the ring is full");
 }
 
 }  // namespace

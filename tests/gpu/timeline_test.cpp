@@ -134,20 +134,20 @@ TEST_F(TimelineDeathTest, AbortsOnUseOfARecorderInFlight) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   Timeline timeline = make_timeline();
   Recorder recorder = make_recorder();
-  EXPECT_DEATH(timeline.submit(recorder), "recorded");
+  EXPECT_DEATH(timeline.submit(recorder), "the recorder has no complete recording");
   const auto submit_long_work = [&] {
     record_work(recorder, 400);
     timeline.submit(recorder);
   };
-  EXPECT_DEATH((submit_long_work(), recorder.begin()), "finished");
-  EXPECT_DEATH((submit_long_work(), timeline.submit(recorder)), "finished");
+  EXPECT_DEATH((submit_long_work(), recorder.begin()), "has not finished");
+  EXPECT_DEATH((submit_long_work(), timeline.submit(recorder)), "has not finished");
 }
 
 TEST_F(TimelineDeathTest, AbortsOnAWaitForAnUnknownNumber) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   Timeline timeline = make_timeline();
   EXPECT_EQ(timeline.wait(0, 0), WaitResult::done);
-  EXPECT_DEATH(timeline.wait(1, 0), "last_number");
+  EXPECT_DEATH(timeline.wait(1, 0), "the number was never submitted");
 }
 
 TEST_F(TimelineDeathTest, AbortsOnATimestampThatWasNotRecorded) {
@@ -157,10 +157,10 @@ TEST_F(TimelineDeathTest, AbortsOnATimestampThatWasNotRecorded) {
   recorder.begin();
   recorder.timestamp(0);
   recorder.end();
-  EXPECT_DEATH((void)timeline.elapsed_ns(recorder, 0, 0), "submitted_to");
+  EXPECT_DEATH((void)timeline.elapsed_ns(recorder, 0, 0), "not submitted to this timeline");
   ASSERT_EQ(timeline.wait(timeline.submit(recorder), test_timeout_ns), WaitResult::done);
   EXPECT_EQ(timeline.elapsed_ns(recorder, 0, 0), 0);
-  EXPECT_DEATH((void)timeline.elapsed_ns(recorder, 0, 1), "written_slots");
+  EXPECT_DEATH((void)timeline.elapsed_ns(recorder, 0, 1), "a slot has no timestamp");
 }
 
 }  // namespace

@@ -82,13 +82,14 @@ class [[nodiscard]] Result<void> {
   std::optional<Error> error_;
 };
 
-/// Prints the violated rule with its line in a source of the repository, then aborts.
-[[noreturn]] void assertion_failed(const char* rule, const char* file, int line) noexcept;
+/// Prints the fault with its line in a source of the repository, then aborts.
+[[noreturn]] void assertion_failed(const char* fault, const char* file, int line) noexcept;
 
 }  // namespace rtstdb
 
-/// REQUIRE checks a rule for the caller of a public function: `fault` says what is wrong and what to do
-/// instead. ASSERT checks a rule inside the database. Both abort if the rule is false, in release builds too.
+/// REQUIRE checks a rule for the caller of a public function, ASSERT one inside the database. Both abort if
+/// the rule is false, in release builds too. `fault` is a sentence that says what is wrong; that of REQUIRE
+/// also says what to do instead.
 #define RTSTDB_REQUIRE(rule, call, fault) ((rule) ? static_cast<void>(0) : ::rtstdb::misused(call, fault))
-#define RTSTDB_ASSERT(rule) \
-  ((rule) ? static_cast<void>(0) : ::rtstdb::assertion_failed(#rule, __FILE__, __LINE__))
+#define RTSTDB_ASSERT(rule, fault) \
+  ((rule) ? static_cast<void>(0) : ::rtstdb::assertion_failed(fault, __FILE__, __LINE__))

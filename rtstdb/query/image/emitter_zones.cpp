@@ -388,8 +388,8 @@ void EmitterZones::set_points(const Zone& zone, std::span<shared::EmitterPoint> 
 void EmitterZones::divide(std::span<const glm::uvec3> triangles, std::span<const glm::vec3> positions_m,
                           const glm::dvec3& scale, std::span<shared::EmitterZone> zones,
                           std::span<shared::EmitterPoint> points) noexcept {
-  RTSTDB_ASSERT(triangles.size() <= facets_.capacity());
-  RTSTDB_ASSERT(zones.size() == zones_count_);
+  RTSTDB_ASSERT(triangles.size() <= facets_.capacity(), "the mesh has more triangles than the capacity");
+  RTSTDB_ASSERT(zones.size() == zones_count_, "the number of zones is not that of the constructor");
   read(triangles, positions_m, scale);
   std::ranges::fill(zones, shared::EmitterZone{});
   std::ranges::fill(points, shared::EmitterPoint{});

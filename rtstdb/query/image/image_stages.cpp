@@ -71,7 +71,7 @@ ImageStages::Stage ImageStages::at(std::uint32_t stage) const noexcept {
             .ray = 0};
   --stage;
   const std::uint32_t per_group = stages_per_group();
-  RTSTDB_ASSERT(per_group > 0);  // an image has an output
+  RTSTDB_ASSERT(per_group > 0, "an image has no output");
   Stage at{.step = Step::rays,
            .group = stage / per_group,
            .sample = 0,

@@ -63,7 +63,7 @@ glm::vec4 terms(double cosine, double roughness) {
 
 void write_specular_albedo(std::span<glm::vec4> table) noexcept {
   constexpr std::uint32_t side = shared::image_albedo_side;
-  RTSTDB_ASSERT(table.size() == side * side);
+  RTSTDB_ASSERT(table.size() == side * side, "the table does not have image_albedo_side squared entries");
   constexpr double last = side - 1;
   for (std::uint32_t row = 0; row < side; ++row)
     for (std::uint32_t column = 0; column < side; ++column)

@@ -43,7 +43,7 @@ TEST(PackedDirection, KeepsAxesAndNeverHasTheLowestNumber) {
 }
 
 TEST(PackedDirectionDeathTest, RequiresALength) {
-  EXPECT_DEATH(packed_direction(glm::vec3(0.0f)), "sum > 0");
+  EXPECT_DEATH(packed_direction(glm::vec3(0.0f)), "the direction is zero or not finite");
 }
 
 TEST(Srgb, IsTheInverseOfItsInverse) {

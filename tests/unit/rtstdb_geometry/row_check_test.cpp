@@ -163,7 +163,7 @@ TEST(Normalised, ChangesNothingElse) {
 TEST(NormalisedDeathTest, OfAZeroQuaternionIsMisuse) {
   Motion motion;
   motion.q_world = {0.0, 0.0, 0.0, 0.0};
-  EXPECT_DEATH(normalised(motion), "rtstdb was misused");
+  EXPECT_DEATH(normalised(motion), "the quaternion is zero or not finite");
 }
 
 }  // namespace

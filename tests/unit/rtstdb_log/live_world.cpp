@@ -277,7 +277,7 @@ void LiveWorld::commit_move() {
 
 void LiveWorld::commit(store::WriteSet set) {
   const auto fault = store_.stage(set);
-  RTSTDB_ASSERT(!fault);
+  RTSTDB_ASSERT(!fault, "the store refused the commit");
   store_.publish();
   store_.complete_commit();
   for (const store::Write& write : set.writes)
@@ -292,7 +292,7 @@ void LiveWorld::commit(store::WriteSet set) {
 void LiveWorld::commit_and_discard(const std::function<void()>& between) {
   store::WriteSet set = random_set();
   const auto fault = store_.stage(set);
-  RTSTDB_ASSERT(!fault);
+  RTSTDB_ASSERT(!fault, "the store refused the commit");
   if (!recorder_.has_space_for(set)) {
     store_.discard();
     next_version_ = set.version + 1;

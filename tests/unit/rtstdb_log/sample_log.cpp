@@ -20,7 +20,7 @@ SampleLog make_sample(const SampleOptions& options) {
   writer_options.checkpoint_every_bytes = 0;
   auto writer = Writer::start(disk, clock, world.ring(), world, writer_options,
                               start_after(nothing, options.database_id));
-  RTSTDB_ASSERT(writer.ok());
+  RTSTDB_ASSERT(writer.ok(), "the writer did not start");
   for (int commit = 0; commit < options.commits; ++commit) {
     if (commit == 2 || commit == 9)
       world.add_geometry(disk, options.database_id, static_cast<std::uint64_t>(commit));
@@ -44,7 +44,7 @@ SampleLog make_sample(const SampleOptions& options) {
   for (int move = 0; move < options.moves_at_the_end; ++move)
     world.commit_move();
   write_all(*writer.value());
-  if (options.closed) RTSTDB_ASSERT(writer.value()->close(0).ok());
+  if (options.closed) RTSTDB_ASSERT(writer.value()->close(0).ok(), "the writer did not close");
   sample.contents = disk.contents();
   sample.latest = world.latest();
   sample.latest_as_text = text_of(recover(disk).value().world);

@@ -193,12 +193,13 @@ TEST(TraceDeathTest, InvalidRaysAreMisuse) {
   Scene scene;
   scene.place(one_triangle());
   const World world = scene.world();
-  EXPECT_DEATH(trace(world, ray_from({0, 0, 0}, {0, 0, 0})), "rtstdb was misused");
+  EXPECT_DEATH(trace(world, ray_from({0, 0, 0}, {0, 0, 0})),
+               "the ray is not finite, or its direction is zero");
   EXPECT_DEATH(trace(world, ray_from({0, 0, 0}, {0, 0, std::numeric_limits<float>::quiet_NaN()})),
-               "rtstdb was misused");
+               "the ray is not finite, or its direction is zero");
   Ray carried = ray_from({0, 0, 0}, {1, 0, 0});
   carried.carrier = {0, 2};  // an old generation
-  EXPECT_DEATH(trace(world, carried), "carrier");
+  EXPECT_DEATH(trace(world, carried), "the carrier does not exist");
 }
 
 }  // namespace

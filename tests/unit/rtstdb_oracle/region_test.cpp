@@ -240,11 +240,11 @@ TEST(Overlap, WorksWithFlatBounds) {
 TEST(RegionDeathTest, InvalidElementsAreMisuse) {
   const World world = one_box().world();
   Region region = box_at({0, 0, 0}, {1, -1, 1});
-  EXPECT_DEATH(gaps(world, region), "half_m");
+  EXPECT_DEATH(gaps(world, region), "a half extent of the region is negative");
   region = box_at({0, 0, 0}, {1, 1, 1});
   region.carrier = {7, 1};
-  EXPECT_DEATH(gaps(world, region), "carrier");
-  EXPECT_DEATH(gaps(world, Overlap{{7, 1}, {}, mask_all}), "self");
+  EXPECT_DEATH(gaps(world, region), "the carrier does not exist");
+  EXPECT_DEATH(gaps(world, Overlap{{7, 1}, {}, mask_all}), "the entity does not exist, or has no geometry");
 }
 
 }  // namespace

@@ -175,16 +175,16 @@ TEST(Commit, UsesUpTheVersionNumberOfADiscardedSet) {
 
 TEST(CommitDeathTest, StepsOutOfOrderAbort) {
   Store store(options(4));
-  EXPECT_DEATH(store.publish(), "misused: the rule progress_ == Progress::staged");
-  EXPECT_DEATH(store.complete_commit(), "misused: the rule progress_ == Progress::published");
-  EXPECT_DEATH(store.discard(), "misused: the rule progress_ != Progress::none");
-  EXPECT_DEATH(static_cast<void>(store.staged_snapshot()), "misused: the rule progress_ != Progress::none");
+  EXPECT_DEATH(store.publish(), "assertion failed: no commit is staged");
+  EXPECT_DEATH(store.complete_commit(), "assertion failed: no commit is published");
+  EXPECT_DEATH(store.discard(), "assertion failed: no commit is staged");
+  EXPECT_DEATH(static_cast<void>(store.staged_snapshot()), "assertion failed: no commit is staged");
   WriteSet empty;
-  EXPECT_DEATH(static_cast<void>(store.stage(empty)), "misused: the rule !set.empty");
+  EXPECT_DEATH(static_cast<void>(store.stage(empty)), "assertion failed: the commit has no writes");
   WriteSet set = set_of(0, {create(row_at(1))});
   ASSERT_FALSE(store.stage(set));
-  EXPECT_DEATH(static_cast<void>(store.stage(set)), "misused: the rule progress_ == Progress::none");
-  EXPECT_DEATH(store.complete_commit(), "misused: the rule progress_ == Progress::published");
+  EXPECT_DEATH(static_cast<void>(store.stage(set)), "assertion failed: a commit is staged already");
+  EXPECT_DEATH(store.complete_commit(), "assertion failed: no commit is published");
 }
 
 }  // namespace

@@ -48,11 +48,11 @@ TEST(FreeIndices, AgreeWithAnOrderedSet) {
 
 TEST(FreeIndicesDeathTest, MisuseAborts) {
   FreeIndices free(10);
-  EXPECT_DEATH(free.release(3), "free_indices.cpp.* rtstdb was misused");
+  EXPECT_DEATH(free.release(3), "free_indices.cpp.* the index is free or beyond the last one");
   free.acquire(3);
-  EXPECT_DEATH(free.acquire(3), "free_indices.cpp.* rtstdb was misused");
-  EXPECT_DEATH(free.acquire(64), "free_indices.cpp.* rtstdb was misused");
-  EXPECT_DEATH(free.acquire(10), "free_indices.cpp.* rtstdb was misused");
+  EXPECT_DEATH(free.acquire(3), "free_indices.cpp.* the index is in use or beyond the last one");
+  EXPECT_DEATH(free.acquire(64), "free_indices.cpp.* the index is in use or beyond the last one");
+  EXPECT_DEATH(free.acquire(10), "free_indices.cpp.* the index is in use or beyond the last one");
 }
 
 }  // namespace

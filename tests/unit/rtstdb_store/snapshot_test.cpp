@@ -55,7 +55,8 @@ TEST(Snapshots, AreNoLongerKeptAfterManyCommits) {
   }
   ASSERT_FALSE(commit(store, set_of(6'000'000'000, {update({0, 1}, row_at(5))})));
   EXPECT_FALSE(first.still_kept());
-  EXPECT_DEATH(static_cast<void>(first.row(0)), "misused: the rule version >= oldest_kept");
+  EXPECT_DEATH(static_cast<void>(first.row(0)),
+               "assertion failed: the version is older than the retained ones");
 
   const BadInput by_number = refused(store, ReadAt::pinned(1));
   EXPECT_EQ(by_number.reason, BadInputReason::snapshot_too_old);
