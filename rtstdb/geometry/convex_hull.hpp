@@ -32,9 +32,9 @@ struct ConvexHull {
     std::uint32_t first_triangle = 0, triangle_count = 0;
   };
 
-  /// Of a solid with a curved surface (solid_hull.hpp): the Minkowski sum of the hull of the first
-  /// core_corners corners and a ball or a disc around the origin. Its faces are the flat ones alone, with
-  /// corners on their rims.
+  /// A solid with a curved surface (solid_hull.hpp) is the Minkowski sum of the hull of the first core_corners
+  /// corners and a ball or a disc around the origin. Its faces are the flat ones alone, with corners on their
+  /// rims.
   struct Round {
     glm::vec3 axis{0.0f};  ///< unit: a disc perpendicular to it; zero: a ball
     float radius_m = 0.0f;

@@ -113,8 +113,8 @@ class FaceMaker {
   std::span<const glm::vec3> points_m_;
   double flatness_m_;
   std::vector<std::array<std::uint32_t, 3>> beside_;
-  // Of each point: its neighbours on the border of the current polygon, its number in the hull, the face of
-  // which it was a corner last.
+  // For each point: its neighbours on the border of the current polygon, its number in the hull, and the last
+  // face of which it was a corner.
   std::vector<std::uint32_t> next_, previous_, number_, in_face_;
   HullFaces made_;
 };

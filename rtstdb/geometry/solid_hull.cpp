@@ -22,7 +22,7 @@ namespace {
 
 /// Points of a solid's surface at which its distance from the mesh is tested.
 constexpr int solid_test_points = 256;
-/// Of the polygon that stands for a cap of a cylinder.
+/// Corners of the polygon that stands for a cap of a cylinder.
 constexpr std::uint32_t rim_corners = 32;
 
 bool has_height(SolidKind kind) {

@@ -76,7 +76,7 @@ JudgedParts nearest_parts(const World& world, EntityId first, EntityId second, W
   return nearest;
 }
 
-/// What single precision resolves of the positions of two surfaces: 4 units in the last place.
+/// Resolution of the positions of two surfaces in single precision: 4 units in the last place.
 double rounding_m(const SurfaceBody& first, const SurfaceBody& second) {
   return 4.0 / 8388608.0 * std::max(first.largest_coordinate_m(), second.largest_coordinate_m());
 }
@@ -119,7 +119,7 @@ std::optional<double> earlier_impact(const World& world, const ImpactSearch& sea
   return time_below(world, search, second, half_m - noise_m, speed_mps, 0.0, end_s);
 }
 
-/// Of two entities that are answered to meet.
+/// Judges the relative velocity of two entities that meet according to the answer.
 Judgement judge_velocity(const World& world, const ImpactSearch& search, const ImpactAnswer& answer) {
   const PosedEntity first = posed(world, *world.find(search.first), search.t + answer.after, false);
   const PosedEntity second = posed(world, *world.find(answer.second), search.t + answer.after, false);

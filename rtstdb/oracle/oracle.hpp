@@ -96,7 +96,7 @@ RayTruth trace(const World& world, const Ray& ray, RayMode mode = RayMode::close
 /// entity index, then triangle index.
 std::vector<RayTruth> trace_all(const World& world, const Ray& ray, bool ignore_motion = false);
 
-/// The same, testing every triangle of every entity: verifies the trees.
+/// As the function above, but tests every triangle of every entity: verifies the trees.
 RayTruth trace_brute_force(const World& world, const Ray& ray, RayMode mode = RayMode::closest,
                            bool ignore_motion = false);
 
@@ -155,7 +155,7 @@ struct NeighborTruth {
 std::vector<NeighborTruth> nearest(const World& world, const Nearest& point,
                                    const NearestQueryOptions& options);
 
-/// The same, testing every triangle of every entity: verifies the trees.
+/// As the function above, but tests every triangle of every entity: verifies the trees.
 std::vector<NeighborTruth> nearest_brute_force(const World& world, const Nearest& point,
                                                const NearestQueryOptions& options);
 
@@ -179,7 +179,7 @@ struct ConeTruth {
 /// below the cone's radius.
 std::vector<ConeTruth> contacts(const World& world, const Cone& cone, Faces faces = Faces::both);
 
-/// The same, testing every triangle of every entity: verifies the trees.
+/// As the function above, but tests every triangle of every entity: verifies the trees.
 std::vector<ConeTruth> contacts_brute_force(const World& world, const Cone& cone, Faces faces = Faces::both);
 
 struct BeamFraction {
@@ -226,8 +226,8 @@ PairTruth pair_truth(const World& world, EntityId first, EntityId second, WorldT
 /// A pair that a search admits.
 struct ContactCandidate {
   EntityId first, second;
-  /// Of the oriented bounds, those of the first entity widened by the margin: a candidate where it is not
-  /// above zero.
+  /// Distance of the oriented bounds, those of the first entity widened by the margin: a candidate where it
+  /// is not above zero.
   double gap_m = 0.0;
   double noise_m = 0.0;  ///< of the bounds in world coordinates: see the top of this file
 };
@@ -271,7 +271,7 @@ Judgement compare_first(const World& world, const Ray& ray, bool ignore_motion,
 /// Ids ascend strictly; every id with a gap below -noise_m is listed, none with a gap above noise_m; `found`
 /// is their number. With `overflow`, `entities` is the beginning of such a list and shorter than `found`.
 Judgement compare(std::span<const EntityGap> truth, const RegionAnswer& answer);
-/// The same for `triangles`.
+/// As the function above, for `triangles`.
 Judgement compare(std::span<const TriangleGap> truth, const RegionAnswer& answer);
 
 /// Neighbors are in order and listed once. Of each, distance, point on the target, u and v, and velocity are

@@ -125,7 +125,7 @@ class ApproachSearch {
     return search(a, b, at(interval.middle_s + half_s, half_s));
   }
 
-  /// Of triangles that are farther apart than `far_m`, any distance that is not shorter.
+  /// Returns any distance that is not below `far_m` where the triangles are farther apart than that.
   double leaves_apart_m(const SurfaceBody::Node& a, const SurfaceBody::Node& b, const Interval& interval,
                         double far_m) const {
     double min_m = std::numeric_limits<double>::infinity();

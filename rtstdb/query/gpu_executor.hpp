@@ -28,11 +28,11 @@ class GpuExecutor final : public Executor {
   /// `open` is also called later, on the engine thread.
   static Result<std::unique_ptr<GpuExecutor>> create(OpenDevice open, const DatabaseOptions& options);
 
-  /// What image queries know of the materials and lights of rows; it outlives the executor's last run.
+  /// Sets the materials and lights of rows for image queries; they outlive the executor's last run.
   /// Without it, rows name the default material and no light.
   void show(const Appearance& appearance) noexcept { appearance_ = &appearance; }
 
-  /// Of the device that the database was opened with.
+  /// Describes the device that the database was opened with.
   const DeviceInfo& device_info() const noexcept { return device_info_; }
 
   // ---- setup; a device that is lost before or during these calls is replaced, and the call repeated once
@@ -55,7 +55,7 @@ class GpuExecutor final : public Executor {
   /// Removes the geometry that was added last and withheld.
   Result<void> remove_last_geometry();
 
-  /// Of the geometry that was added last.
+  /// Bounds of the newest geometry.
   Bounds last_bounds() const noexcept { return device_.epoch().pool.bounds(device_.geometry_count() - 1); }
   bool knows_geometry(GeometryId id) const noexcept {
     return !id.valid() || id.index + (last_withheld_ ? 1u : 0u) < device_.geometry_count();

@@ -116,7 +116,7 @@ class Engine final : private query::ExecutorCallbacks,
   TransactionCounts counts() const noexcept { return outcomes_.read(); }
   /// Null: commits are not recorded.
   CommitLog* log() const noexcept { return log_.get(); }
-  /// What the machine did not permit, one sentence each.
+  /// Sentences about settings that the machine refused.
   const std::vector<std::string>& degraded() const noexcept { return degraded_; }
 
   /// Completes the transaction in execution, cancels all that wait, ends the threads and the log, which keeps

@@ -19,7 +19,7 @@ RTSTDB_CONSTANT(hull_corners_per_step, 4)
 RTSTDB_CONSTANT(hull_corners_per_leaf, 16)
 RTSTDB_CONSTANT(hull_node_texels, 2)
 RTSTDB_CONSTANT(hull_max_scanned_corners, 256)
-// Of a face with more corners this many are used, spread over its border.
+// Corners that are used of a face with more of them, spread over its border.
 RTSTDB_CONSTANT(hull_max_polygon_corners, 32)
 
 // A pair of convex bodies in the frame of the second one (not scaled), whose origin is the second hull's

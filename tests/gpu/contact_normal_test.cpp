@@ -101,7 +101,7 @@ class SolidNormals : public DatabaseTest {
   const Round& one_of(Random& random, const std::vector<Round>& rounds) {
     return rounds[random.below(rounds.size())];
   }
-  /// Of that body: near, touching, and deep, up to the radius.
+  /// A distance of that body: near, touching, and deep, up to the radius.
   static double random_distance_m(Random& random, double radius_m) {
     return (random.one_in(2) ? 1.0 : -1.0) * radius_m * random.magnitude(1e-5, 0.3);
   }

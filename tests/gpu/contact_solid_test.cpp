@@ -125,7 +125,7 @@ TEST_F(SolidContacts, SphereOnABoxTouchesInOnePoint) {
   }
 }
 
-/// Of a simplex that all but contains the origin, the search must not conclude that the bodies are apart.
+/// The search must not conclude from a simplex that all but contains the origin that the bodies are apart.
 TEST_F(SolidContacts, SphereOnALargeBoxIsAsDeepAsItLies) {
   const EntityId floor = placed(add(make_box({100.0, 10.0, 1.0})), {0.0, 0.0, -0.5});
   const std::vector<GeometryId> balls{sphere(0.1), add(make_sphere(0.1))};

@@ -46,7 +46,7 @@ double illuminance(const std::array<glm::dvec3, 3>& triangle, const glm::dvec3& 
   return 0.5 * std::abs(glm::dot(sum, n));
 }
 
-/// Of a convex body, or of a surface that is seen from both sides.
+/// Illuminance of a convex body, or of a surface that is seen from both sides.
 double illuminance(const std::vector<std::array<glm::dvec3, 3>>& body, const glm::dvec3& p,
                    const glm::dvec3& n, bool both_sides = false) {
   double sum = 0.0;

@@ -101,7 +101,7 @@ class RandomSurfaceImpacts : public DeformingGeometry {
     return rows;
   }
 
-  /// Of a body and a smaller one, in random order.
+  /// A search of a body and a smaller one, in random order.
   static ImpactSearch random_search(Random& random, EntityId larger, EntityId smaller, double smaller_m) {
     const bool larger_is_first = random.one_in(2);
     return {.first = larger_is_first ? larger : smaller,

@@ -155,7 +155,7 @@ struct ContactQueryOptions {
 ///            cylinders on rims and edges, and ellipsoids: within 1e-3 rad.
 ///   points   At half its depth before and behind each point, along the normal, are the surfaces of both
 ///            bodies, within the precision.
-/// What single precision does not decide, and every depth, is computed in double precision. Precision
+/// Pairs that single precision does not decide, and every depth, are computed in double precision. Precision
 /// of surfaces: 1e-4 of the diagonal of the smaller body, or 4 ulp of the larger body or of the distance,
 /// whichever is most; for their depths see above.
 class ContactQuery : public Query {

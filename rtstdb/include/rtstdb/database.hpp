@@ -103,7 +103,7 @@ struct DatabaseOptions {
   /// which compute on a software device, get a priority lower by two, at least 1. If the operating system
   /// refuses the priority, Health::degraded says so.
   int thread_priority = 0;
-  /// What survives a crash; by default nothing.
+  /// The part of the world that survives a crash; by default none.
   DurabilityOptions durability{};
 };
 
@@ -314,7 +314,7 @@ class Database {
   /// False: it is not on disk; durability() says why. Without a log: false. Any thread.
   virtual bool wait_until_durable(Version version, Nanoseconds timeout) noexcept = 0;
   virtual Durability durability() const = 0;
-  /// What open found in the log's directory.
+  /// The result of reading the log's directory in open.
   virtual const Recovery& recovery() const noexcept = 0;
   /// Waits for the running transaction, cancels all waiting ones (CancelledBy::closing), writes the rest of
   /// the log and closes it. From then on, submitted transactions are cancelled at once; setup calls and

@@ -84,7 +84,7 @@ struct GeometryOptions {
   std::optional<Solid> solid{};
 };
 
-/// What a database knows of a geometry.
+/// Properties of a geometry in a database.
 struct GeometryInfo {
   std::string name{};
   std::uint32_t triangles = 0;
@@ -123,7 +123,7 @@ Result<void> validate(const TriangleMesh& mesh, const GeometryOptions& options);
 /// Bounds of the positions that triangles use, exact. Misuse: a mesh without triangles.
 Bounds bounds_of(const TriangleMesh& mesh);
 
-/// What load_mesh found in a file and left out.
+/// Content of a file that load_mesh left out.
 struct MeshFileReport {
   bool materials_ignored = false;  ///< also those that an OBJ file takes from another file
   bool textures_ignored = false;   ///< or texture coordinates for them

@@ -151,8 +151,8 @@ struct ImageQueryOptions {
   ImageMode mode = ImageMode::path_traced;
   ImageOutputs outputs{};
   FirstHits first_hits = FirstHits::traced;
-  /// Of colour, 1 to max_image_samples. In real-time mode one is through the middle of pixel and exposure;
-  /// more smooth edges and average over the exposure.
+  /// Samples of colour, 1 to max_image_samples. In real-time mode one is through the middle of pixel and
+  /// exposure; more smooth edges and average over the exposure.
   std::uint32_t samples_per_pixel = 16;
   std::uint32_t bounces = 4;          ///< reflections before light reaches the camera: 0 to max_image_bounces
   Shadows shadows = Shadows::traced;  ///< of real-time mode

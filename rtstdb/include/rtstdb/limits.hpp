@@ -10,7 +10,7 @@ inline constexpr std::uint32_t max_entities = 1u << 20;
 inline constexpr std::uint32_t max_geometries = 1u << 16;
 /// Over all geometries: a leaf of an acceleration structure refers to a triangle by 26 bits.
 inline constexpr std::uint32_t max_triangles_total = 1u << 26;
-/// Of one polygon in a mesh file. Triangulation takes time up to the third power of the number of corners.
+/// Limit of one polygon in a mesh file. Triangulation takes time up to the third power of this number.
 inline constexpr std::uint32_t max_polygon_corners = 4096;
 inline constexpr std::uint64_t max_field_bytes = std::uint64_t{1} << 34;  ///< FieldOptions::max_bytes
 inline constexpr std::uint32_t max_retained_shapes = 256;  ///< GeometryOptions::retained_shapes
@@ -19,14 +19,14 @@ inline constexpr std::uint32_t max_materials = 4096;
 inline constexpr double max_retro_gain = 1e6;        ///< Material::retro_gain
 inline constexpr double max_refractive_index = 4.0;  ///< Material::refractive_index
 inline constexpr std::uint32_t max_lights = 4096;
-/// Of each channel of Material::emission_cdpm2 and of a sky (Light).
+/// Limit of each channel of Material::emission_cdpm2 and of a sky (Light).
 inline constexpr double max_luminance_cdpm2 = 1e10;
 /// Members of Light.
 inline constexpr double max_light_color = 1e3;
 inline constexpr double max_illuminance_lx = 1e7;
 inline constexpr double max_intensity_cd = 1e10;
 inline constexpr double max_angular_diameter_rad = 0.2;
-/// Of Light::outer_angle_rad. The larger one is pi rounded up, so that 180 degrees are allowed.
+/// Limits of Light::outer_angle_rad. The larger one is pi rounded up, so that 180 degrees are allowed.
 inline constexpr double min_spot_angle_rad = 0.01;
 inline constexpr double max_spot_angle_rad = 3.1416;
 inline constexpr std::uint32_t max_rays_per_query = 1u << 22;
@@ -115,9 +115,9 @@ inline constexpr std::int64_t max_query_window_ns = 1'000'000'000;
 inline constexpr std::int64_t max_world_time_ns = (std::int64_t{1} << 62) - 1;
 inline constexpr std::uint8_t max_importance = 7;  ///< Terms::importance
 inline constexpr std::size_t max_reservations = 32;
-/// Of the period and the deadline of a reservation: one hour.
+/// Limit of the period and the deadline of a reservation: one hour.
 inline constexpr std::int64_t max_reservation_period_ns = 3'600'000'000'000;
-/// Of DatabaseOptions::chunk and spin, and of DurabilityOptions::flush_interval: one hour.
+/// Limit of DatabaseOptions::chunk and spin, and of DurabilityOptions::flush_interval: one hour.
 inline constexpr std::int64_t max_option_duration_ns = 3'600'000'000'000;
 
 }  // namespace rtstdb

@@ -131,7 +131,7 @@ class RayQuery : public Query {
 
 class RegionQuery;
 
-/// What a region query finds. Entities without geometry are never found.
+/// Kind of the results of a region query. Entities without geometry are never found.
 enum class RegionLevel : std::uint8_t {
   bounds,    ///< entities, by their oriented bounding boxes, which are solid
   surface,   ///< entities, by their triangles
@@ -217,7 +217,7 @@ class RegionQuery : public Query {
 
 class NearestQuery;
 
-/// What the distance of an entity is measured to.
+/// Feature of an entity to which its distance is measured.
 enum class NearestTarget : std::uint8_t {
   center,    ///< the centre of its oriented bounding box, which need not be near its origin
   bounds,    ///< its oriented bounding box, which is solid: the distance inside is zero

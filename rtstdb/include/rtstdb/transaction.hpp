@@ -29,7 +29,7 @@ struct EntityState {
   Version written_by = 0;
 };
 
-/// What a missed deadline means.
+/// Consequence of a missed deadline.
 enum class DeadlineClass : std::uint8_t {
   hard,         ///< a miss is a fault of the run: the transaction is executed all the same, and counted
   firm,         ///< published in time or not at all; admission control may refuse it
@@ -114,7 +114,7 @@ enum class BadInputReason : std::uint8_t {
   too_many_positions,
 };
 
-/// What is wrong with the input, with its values; describe() makes a sentence of it. `element`: index of the
+/// Fault of the input, with its values; describe() makes a sentence of it. `element`: index of the
 /// write, of the geometry update, or of the query's element.
 struct BadInput {
   static constexpr std::uint32_t no_element = 0xFFFFFFFFu;  ///< the Terms are wrong

@@ -290,7 +290,7 @@ void GpuContactQuery::list_pair(const ContactCandidates::Candidate& candidate,
   ++listed_;
 }
 
-/// Of the pair that is being listed: its normal, and the parts whose points are wanted.
+/// Lists the normal of a pair, and the parts whose points are reported.
 void GpuContactQuery::list_touching(const ContactCandidates::Candidate& candidate,
                                     const BatchWorld& world) noexcept {
   const ContactSearch& from = searches_[candidate.search];

@@ -85,7 +85,7 @@ class GpuContactQuery final : public ContactQuery, public GpuQuery {
     std::uint32_t pair = 0;      // of surfaces_
     std::uint32_t search = 0;
   };
-  /// Of an answered pair: touching_pairs_[first, end).
+  /// Range of an answered pair: touching_pairs_[first, end).
   struct TouchingRange {
     std::uint32_t first = 0, end = 0;
   };

@@ -343,7 +343,7 @@ void SurfacePairs::offer_points(std::uint32_t pair, const Offer& offer) const no
     for (std::uint32_t near = ranges_[side].first; near < ranges_[side].end; ++near) {
       for (const TrianglePoint k : {corner_0, corner_1, corner_2, deepest_point}) {
         const glm::vec4 point = depth_point(depths[near], k);
-        // Of a triangle inside the other body the field may say that it is not.
+        // The field may report that a triangle inside the other body is outside.
         const bool is_inside = k == deepest_point && depths[near].where == shared::triangle_inside;
         if (point.w <= 0.0f && !is_inside) continue;
         const SidePoint at = side_point(entry, first, glm::vec3(point), depths[near].outwards);

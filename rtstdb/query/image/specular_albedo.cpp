@@ -24,7 +24,7 @@ double smith_lambda(const glm::dvec3& direction, double alpha) {
   return 0.5 * (std::sqrt(1.0 + alpha * alpha * tangent_squared) - 1.0);
 }
 
-/// The same choice of a visible microfacet as in surface.glsl.
+/// Chooses a visible microfacet as surface.glsl does.
 glm::dvec3 visible_microfacet(const glm::dvec3& toward, double alpha, double u, double v) {
   const glm::dvec3 stretched = glm::normalize(glm::dvec3(alpha * toward.x, alpha * toward.y, toward.z));
   const double angle = 2.0 * std::numbers::pi * u;

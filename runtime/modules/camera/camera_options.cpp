@@ -13,7 +13,7 @@
 namespace hil::modules {
 namespace {
 
-/// Of half an angle of view: below what the database takes, whose numbers are rounded.
+/// Limit of half an angle of view: below that of the database, whose numbers are rounded.
 constexpr double max_half_tangent = 0.999 * rtstdb::max_image_half_tangent;
 /// Rates are decimal numbers, which may be rounded.
 constexpr double rate_slack = 1.0 + 1e-9;

@@ -131,7 +131,8 @@ class Collision final : public Module {
     }
   }
 
-  /// What touches is not known. Contacts may begin unseen, so 'total' stays no number to the end of the run.
+  /// Called when the touching bodies are not known. Contacts may begin unseen, so 'total' stays no number to
+  /// the end of the run.
   void lose_count(StepContext& context) noexcept {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     if (!std::isnan(total_)) context.events->note(lost_, context.time_ns);

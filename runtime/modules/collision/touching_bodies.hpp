@@ -25,7 +25,7 @@ struct TouchingBodiesOptions {
   rtstdb::Nanoseconds impact_window{0};
 };
 
-/// What touches the body at an instant.
+/// Bodies that touch the body at an instant.
 struct Touching {
   /// False: the search reached a limit, and other bodies may touch.
   bool is_known = true;
@@ -45,8 +45,8 @@ class TouchingBodies {
 
   /// Sets the instant, and adds the queries to a transaction that is being declared.
   void add_to(rtstdb::Transaction& transaction, rtstdb::WorldTime t) noexcept;
-  /// Of the last transaction, which was done. Appends the listed bodies to `entities`, which has capacity for
-  /// max_hits.
+  /// Reads the answers of the last transaction, which was done. Appends the listed bodies to `entities`,
+  /// which has capacity for max_hits.
   Touching take(std::vector<rtstdb::EntityId>& entities) const noexcept;
   /// by_bodies: the pair of the last answer with this body; null: none.
   const rtstdb::ContactPair* pair_with(rtstdb::EntityId other) const noexcept;

@@ -64,7 +64,7 @@ class RigidBody {
   glm::dvec3 w_world_radps(const RigidBodyState& state) const noexcept;
   /// Against an inertial frame, along the body axes: what a gyroscope on the body measures.
   glm::dvec3 w_body_radps(const RigidBodyState& state) const noexcept;
-  /// Of the rotation, against an inertial frame.
+  /// Energy of the rotation, against an inertial frame.
   double rotational_energy_j(const RigidBodyState& state) const noexcept;
 
   /// The state after dt_s. The error of one step is of order dt_s^5.
@@ -91,7 +91,7 @@ class RigidBody {
     glm::dvec3 torque_nm;
   };
   Derivative derivative(const RigidBodyState& state, const Wrench& wrench) const noexcept;
-  /// Of the frame that turns with the orbit.
+  /// Acceleration in the frame that turns with the orbit.
   glm::dvec3 orbital_acceleration_mps2(const RigidBodyState& state) const noexcept;
   static RigidBodyState moved(const RigidBodyState& state, const Derivative& rate, double dt_s) noexcept;
 

@@ -28,8 +28,8 @@ double mean_depth_m(const FrozenContact& point, double dt_s) {
   return deepest_m > 0.0 ? 0.25 * deepest_m * deepest_m / half_way_m : 0.0;
 }
 
-/// What the springs along and across the normals give, for a stiffness of 1 N/m of each point, when the
-/// bodies move with the points' velocities.
+/// Power that the springs along and across the normals supply to the bodies, for a stiffness of 1 N/m of each
+/// point, when the bodies move with the points' velocities.
 struct SpringPower {
   double normal = 0.0, across = 0.0;
 };

@@ -59,10 +59,10 @@ struct FrozenContact {
   glm::dvec3 first_arm_m{0.0}, second_arm_m{0.0};
   double first_weight = 0.5;  ///< 1: the point moves with the first body; 0: with the second
   glm::dvec3 stretch_m{0.0};  ///< of the spring across the normal: the first body relative to its anchor
-  /// Of the first body relative to the second, at the point.
+  /// Velocity of the first body relative to the second, at the point.
   glm::dvec3 velocity_mps{0.0};
-  /// On the first body, of the springs along and across the normal, and of the dampers; the second body has
-  /// the opposite ones.
+  /// Forces on the first body of the springs along and across the normal, and of the dampers; the second body
+  /// has the opposite ones.
   glm::dvec3 normal_n{0.0}, across_n{0.0}, damping_n{0.0};
 
   glm::dvec3 force_n() const noexcept { return normal_n + across_n + damping_n; }

@@ -62,7 +62,7 @@ class FrozenContacts {
   /// fixed bodies did, which move whatever presses them.
   double end_substep(std::span<const BodyMotion> bodies, double dt_s) noexcept;
 
-  /// What the springs of all pairs hold.
+  /// Energy that the springs of all pairs store.
   double elastic_energy_j() const noexcept;
   std::span<const FrozenContact> points() const noexcept { return points_; }
 

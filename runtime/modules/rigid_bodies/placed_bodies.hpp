@@ -15,7 +15,7 @@ namespace hil::modules {
 
 struct PlacedBody {
   rtstdb::EntityRow row;
-  /// Of its shape, in the body's frame, scaled.
+  /// Corners of the box of its shape, in the body's frame, scaled.
   glm::dvec3 minimum_m{0.0}, maximum_m{0.0};
 
   double diagonal_m() const noexcept;

@@ -28,8 +28,8 @@ real3 clipped[max_clipped];  // the other polygon, and what is left of it
 uint clipped_count = 0u;
 real3 copied[max_clipped];
 
-// Of a solid's curved surface: the line on it that is parallel to the axis, or a single point. Then `index`
-// is the number of flat faces.
+// A face of a body; on a solid's curved surface the line that is parallel to the axis, or a single point.
+// Then `index` is the number of flat faces.
 struct Face {
   uint index;
   real3 normal;  // unit, frame of the pair
@@ -191,7 +191,7 @@ void clip_against_sides(real3 direction) {
   } while (i < sides);
 }
 
-// What was clipped, as contact points: midway between the surfaces, with the depth. Those beyond the limit
+// Contact points of the clipped polygon: midway between the surfaces, with the depth. Those beyond the limit
 // are removed.
 real4 candidate[max_clipped];
 uint candidates = 0u;

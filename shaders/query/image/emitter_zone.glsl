@@ -1,7 +1,7 @@
 // The light of a zone of a surface that emits light (shared/image.h) at a point of another surface: an
 // integral over the zone up to second order, by the means and covariances of its positions and normals.
 //
-// Of a curved zone a part faces the receiver, and of a zone that the receiver's plane cuts a part is above
+// A part of a curved zone faces the receiver, and a part of a zone that the receiver's plane cuts is above
 // it. Both follow from the assumption that what decides, a cosine or a height, is distributed uniformly over
 // the zone, with its mean and its variance.
 //

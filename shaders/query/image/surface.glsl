@@ -54,15 +54,15 @@ vec2 albedo_terms(float cosine, float roughness) {
   return mix(below, above, part.y);
 }
 
-// What a mirror reflects at normal and at grazing incidence.
+// Shares of the light that a mirror reflects at normal and at grazing incidence.
 struct Mirror {
   vec3 normal_share;
   vec3 grazing_share;
 };
 
-// Of a surface that reflects `color` at normal incidence; at grazing incidence it reflects all, unless hardly
-// any at normal incidence. Between its microfacets the mirror scatters light more than once; so both shares
-// are multiplied by 1 + color * energy_gain (Turquin, 2019; Kulla, Conty, 2017).
+// The mirror of a surface that reflects `color` at normal incidence; at grazing incidence it reflects all,
+// unless hardly any at normal incidence. Between its microfacets the mirror scatters light more than once; so
+// both shares are multiplied by 1 + color * energy_gain (Turquin, 2019; Kulla, Conty, 2017).
 Mirror mirror_of(vec3 color, float energy_gain) {
   const vec3 gain = 1.0 + color * energy_gain;
   return Mirror(color * gain, min(50.0 * color, vec3(1.0)) * gain);
@@ -152,8 +152,8 @@ float fresnel_share(float cosine, float index_ratio) {
 
 // ---- values
 
-// What the opaque part scatters from `to` toward `toward`, and the probability per steradian with which
-// sampled_bounce chooses `to`. A smooth mirror is left out of both.
+// Share of the light that the opaque part scatters from `to` toward `toward`, and the probability per
+// steradian with which sampled_bounce chooses `to`. A smooth mirror is left out of both.
 struct Scattered {
   vec3 value;
   float pdf;

@@ -120,7 +120,7 @@ class RigidBodiesEnergy : public RigidBodiesFixture {
     return "{body: " + name + ", mass: 1 kg, inertia: " + inertia + "}";
   }
 
-  /// Of the motion and the height, above rest on the floor.
+  /// Energy of the motion and the height, above rest on the floor.
   double energy_j(const std::vector<double>& outputs, std::size_t body) const {
     const auto vector = [&](BodyOutput first) {
       return glm::dvec3(of(outputs, body, first), of(outputs, body, static_cast<BodyOutput>(first + 1)),
@@ -271,7 +271,7 @@ TEST_F(RigidBodiesEnergy, BodiesRestAtTheDepthOfTheirWeight) {
   }
 }
 
-/// What a force and a floor that rises do is work: the energy grows by it, and nothing is dissipated.
+/// A force and a floor that rises do work: the energy grows by it, and nothing is dissipated.
 TEST_F(RigidBodiesEnergy, GrowsByTheWorkOfInputsAndOfFixedBodies) {
   add("floor", rtstdb::make_box({4.0, 4.0, 1.0}),
       {.p_world_m = {0.0, 0.0, -0.5}, .v_world_mps = {0.0, 0.0, 0.5}}, "floor");

@@ -284,7 +284,7 @@ TEST_F(RigidBodiesModule, ABodyThatIsNotConvexRestsOnTheFloor) {
   EXPECT_NEAR(of(end, 0, z), 0.2, 2e-3);
 }
 
-/// What the shapes and places of the bodies show to be impossible is refused before the first step.
+/// Values that are impossible for the shapes and places of the bodies are refused before the first step.
 class RefusedBodies : public RigidBodiesFixture {
  protected:
   /// The fault of a crate of 1 m and 10 kg on the floor.

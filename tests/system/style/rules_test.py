@@ -9,7 +9,7 @@ import unittest
 
 STYLE = sys.argv.pop(1)
 
-# What a tree needs to break no rule.
+# Files of a tree that breaks no rule.
 GOOD = {
     "rtstdb/CMakeLists.txt": "# The database.\n",
     "rtstdb/include/rtstdb/row.hpp": '#pragma once\n#include <glm/vec3.hpp>\n#include <vector>\n',

@@ -14,7 +14,7 @@
 namespace rtstdb::oracle {
 namespace {
 
-/// Of the answer with the pair's normal at each point.
+/// The verdict on the answer with the pair's normal at each point.
 Verdict pair_verdict(const World& world, const ContactSearch& search, ContactPair answer) {
   for (ContactPoint& point : answer.points)
     point.n_world = answer.n_world;

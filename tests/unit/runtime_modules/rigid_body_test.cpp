@@ -113,7 +113,7 @@ TEST(RigidBody, TensorNeedNotBeDiagonal) {
   const dmat3 rotation = glm::mat3_cast(tilt);
   const RigidBody tilted(
       {.mass_kg = 10.0, .inertia_kgm2 = rotation * diagonal(1.0, 2.0, 2.7) * glm::transpose(rotation)}, 0.0);
-  // The same body in other axes.
+  // The body described in other axes.
   const RigidBodyState start = tilted.state({}, {}, glm::conjugate(tilt), tumbling.w_world_radps(tumble()));
   const RigidBodyState end = moved(tilted, start, {}, 20.0, 20'000);
   const RigidBodyState expected = moved(tumbling, tumble(), {}, 20.0, 20'000);
