@@ -54,11 +54,11 @@ void FrozenContacts::begin_pair(std::uint32_t first, std::uint32_t second) noexc
                     .second = second,
                     .begin = static_cast<std::uint32_t>(points_.size()),
                     .decay_per_s = law_.damping_nspm / mass_kg});
-  // Springs that had no points in the answer before have lost what they held.
+  // Springs without points in the answer before have lost their energy.
   if (was_near(first, second)) return;
   const SpringEnergy springs = stored(pairs_.back()).springs;
-  stored(pairs_.back()) = {
-      .springs = {.normal_j = std::min(springs.normal_j, 0.0), .across_j = std::min(springs.across_j, 0.0)}};
+  stored(pairs_.back()) = {.springs = {.normal_j = std::min(springs.normal_j, 0.0),
+                                       .tangential_j = std::min(springs.tangential_j, 0.0)}};
 }
 
 bool FrozenContacts::add(const rtstdb::ContactPair& pair, std::uint32_t first, std::uint32_t second,
@@ -137,17 +137,17 @@ void FrozenContacts::add_loads(std::span<const BodyMotion> bodies, std::int64_t 
     const SpringEnergy begin = law_energy(points, law_);
     for (FrozenContact& point : points) {
       point.velocity_mps = relative_velocity(place_of(point, first, second), first, second);
-      follow(point, 0.5 * dt_s);
+      advance(point, 0.5 * dt_s);
     }
-    press(points, law_, begin, dt_s, pair.decay_per_s, stored(pair));
+    set_forces(points, law_, begin, dt_s, pair.decay_per_s, stored(pair));
     for (const FrozenContact& point : points) {
-      if (point.pressed_m <= 0.0) continue;
+      if (point.mean_depth_m <= 0.0) continue;
       touches.note_first({.first = point.first,
                           .second = point.second,
                           .time_ns = time_ns,
                           .place_m = place_of(point, first, second),
                           .closing_speed_mps = -glm::dot(point.velocity_mps, point.normal),
-                          .depth_m = point.pressed_m});
+                          .depth_m = point.mean_depth_m});
       add_load(point, bodies, point.force_n(), loads);
     }
   }
@@ -164,14 +164,15 @@ bool FrozenContacts::limit(std::span<const BodyMotion> bodies, double dt_s,
       const BodyMotion& second = bodies[pair.second];
       after_mps[i] = relative_velocity(place_of(points[i], first, second), first, second);
     }
-    const double share = share_to_give(points, std::span(after_mps).first(points.size()), dt_s, stored(pair));
+    const double share =
+        max_force_share(points, std::span(after_mps).first(points.size()), dt_s, stored(pair));
     if (share == 1.0) continue;
     if (!is_limited) std::fill(loads.begin(), loads.end(), BodyLoad{});
     is_limited = true;
     for (FrozenContact& point : points) {
-      add_load(point, bodies, (share - 1.0) * (point.normal_n + point.across_n), loads);
-      point.normal_n *= share;
-      point.across_n *= share;
+      add_load(point, bodies, (share - 1.0) * (point.normal_force_n + point.tangential_force_n), loads);
+      point.normal_force_n *= share;
+      point.tangential_force_n *= share;
     }
   }
   return is_limited;
@@ -185,13 +186,13 @@ double FrozenContacts::end_substep(std::span<const BodyMotion> bodies, double dt
     for (FrozenContact& point : points_of(pair)) {
       const glm::dvec3 place_m = place_of(point, first, second);
       const glm::dvec3 force = point.force_n();
-      const auto way_of = [&](const BodyMotion& body) {
+      const auto displacement_of = [&](const BodyMotion& body) {
         return dt_s * (body.v_mps + glm::cross(body.w_radps, place_m - body.p_m));
       };
-      if (sizes_[pair.first].mass_kg == 0.0) work_j -= glm::dot(force, way_of(first));
-      if (sizes_[pair.second].mass_kg == 0.0) work_j += glm::dot(force, way_of(second));
+      if (sizes_[pair.first].mass_kg == 0.0) work_j -= glm::dot(force, displacement_of(first));
+      if (sizes_[pair.second].mass_kg == 0.0) work_j += glm::dot(force, displacement_of(second));
       store_work(point, relative_velocity(place_m, first, second), dt_s, stored(pair));
-      follow(point, 0.5 * dt_s);
+      advance(point, 0.5 * dt_s);
     }
   }
   return work_j;
@@ -201,7 +202,7 @@ double FrozenContacts::elastic_energy_j() const noexcept {
   double energy_j = 0.0;
   for (const Pair& pair : pairs_) {
     const SpringEnergy& springs = stored_[pair.first * sizes_.size() + pair.second].springs;
-    energy_j += std::max(0.0, springs.normal_j) + std::max(0.0, springs.across_j);
+    energy_j += std::max(0.0, springs.normal_j) + std::max(0.0, springs.tangential_j);
   }
   return energy_j;
 }

@@ -53,9 +53,9 @@ class FrozenContacts {
   /// loads, and notes the first contacts.
   void add_loads(std::span<const BodyMotion> bodies, std::int64_t time_ns, double dt_s,
                  std::span<BodyLoad> loads, TouchLog& touches) noexcept;
-  /// Reduces the forces of springs that would give more than they hold. `bodies`: at the middle of the
-  /// substep, with the velocities that the loads have given them. The loads are then those that take back the
-  /// rest of the forces. False: no spring does, and the loads are as they were.
+  /// Reduces the forces of springs that would return more energy than they store. `bodies`: at the middle of
+  /// the substep, with the velocities that the loads have given them. The loads are then those that cancel
+  /// the rest of the forces. False: no spring does, and the loads are unchanged.
   bool limit(std::span<const BodyMotion> bodies, double dt_s, std::span<BodyLoad> loads) noexcept;
   /// Updates the points to the end of the substep, from the bodies at its middle with the velocities that the
   /// loads have given them, and stores the work that they did against the springs. Returns the work that

@@ -92,7 +92,7 @@ TEST_F(RigidBodiesModule, ADroppedBoxRestsAtTheDepthOfItsWeight) {
 
 /// A box of 1 m on a plate that is inclined by an angle: how far it slides in 2 s, and its speed then.
 struct Slide {
-  double way_m = 0.0, speed_mps = 0.0;
+  double displacement_m = 0.0, speed_mps = 0.0;
 };
 
 class Slope : public RigidBodiesFixture {
@@ -116,7 +116,7 @@ class Slope : public RigidBodiesFixture {
     };
     EXPECT_NEAR(of(end, 0, y), 0.0, 1e-3);
     speed_at_begin_mps_ = along(begin, vx);
-    return {.way_m = along(end, x) - along(begin, x), .speed_mps = along(end, vx)};
+    return {.displacement_m = along(end, x) - along(begin, x), .speed_mps = along(end, vx)};
   }
   double speed_at_begin_mps_ = 0.0;
 };
@@ -124,7 +124,7 @@ class Slope : public RigidBodiesFixture {
 // tan(25 deg) is 0.466, tan(28 deg) 0.532.
 TEST_F(Slope, ABoxSticksBelowTheFrictionAngle) {
   const Slide result = slide(25.0 * std::numbers::pi / 180.0, "0.5");
-  EXPECT_NEAR(result.way_m, 0.0, 1e-5);
+  EXPECT_NEAR(result.displacement_m, 0.0, 1e-5);
   EXPECT_NEAR(result.speed_mps, 0.0, 1e-6);
 }
 
@@ -140,7 +140,7 @@ TEST_F(Slope, ABoxSlidesWithTheAccelerationThatFrictionLeaves) {
   const Slide result = slide(angle_rad, "0.3");
   const double expected_mps2 = gravity_mps2 * (std::sin(angle_rad) - 0.3 * std::cos(angle_rad));
   EXPECT_NEAR((result.speed_mps - speed_at_begin_mps_) / 2.0, expected_mps2, 0.002 * expected_mps2);
-  EXPECT_GT(result.way_m, 5.0);
+  EXPECT_GT(result.displacement_m, 5.0);
 }
 
 /// A polygon of 1024 corners in place of a circle. The load is carried by the corners of one of its faces,

@@ -81,7 +81,7 @@ const ContactLaw law{.stiffness_npm = 1000.0, .damping_nspm = 10.0, .friction = 
 glm::dvec3 force_of(FrozenContact& point, const ContactLaw& contact_law) {
   const SpringEnergy energy = law_energy({&point, 1}, contact_law);
   StoredEnergy stored{.springs = energy};
-  press({&point, 1}, contact_law, energy, 0.0, 0.0, stored);
+  set_forces({&point, 1}, contact_law, energy, 0.0, 0.0, stored);
   return point.force_n();
 }
 
@@ -98,24 +98,24 @@ TEST(ContactLaw, PushesAndNeverPulls) {
 
 TEST(ContactLaw, SticksUntilTheSpringIsStretchedToFriction) {
   FrozenContact point = contact(0.01, {1.0, 0.0, 0.0});  // N is 10 N, so the spring slips at 5 mm
-  follow(point, 0.002);
+  advance(point, 0.002);
   point.velocity_mps = glm::dvec3(0.0);
   EXPECT_DOUBLE_EQ(force_of(point, law).x, -2.0);
   point.velocity_mps.x = 1.0;
   for (int i = 0; i < 10; ++i)
-    follow(point, 0.002);
+    advance(point, 0.002);
   EXPECT_DOUBLE_EQ(force_of(point, law).x, -5.0);
   EXPECT_DOUBLE_EQ(point.stretch_m.x, 0.005);
   // Back by 5 mm, the spring is relaxed: its anchor has followed.
   point.velocity_mps.x = -1.0;
-  follow(point, 0.005);
+  advance(point, 0.005);
   point.velocity_mps.x = 0.0;
   EXPECT_NEAR(force_of(point, law).x, 0.0, 1e-12);
 }
 
 TEST(ContactLaw, DepthFollowsTheMotionAlongTheNormal) {
   FrozenContact point = contact(0.01, {3.0, 0.0, -0.5});
-  follow(point, 0.002);
+  advance(point, 0.002);
   EXPECT_DOUBLE_EQ(point.depth_m, 0.011);
 }
 
@@ -124,28 +124,28 @@ TEST(ContactLaw, PointsShareTheStiffnessByTheirDepths) {
   FrozenContact points[] = {contact(0.01), contact(0.01), contact(0.01), contact(-0.001)};
   StoredEnergy stored{.springs = law_energy(points, law)};
   EXPECT_DOUBLE_EQ(stored.springs.normal_j, 0.5 * 1000.0 * 1e-4);
-  press(points, law, law_energy(points, law), 0.0, 0.0, stored);
+  set_forces(points, law, law_energy(points, law), 0.0, 0.0, stored);
   double sum_n = 0.0;
   for (const FrozenContact& point : points)
-    sum_n += point.normal_n.z;
+    sum_n += point.normal_force_n.z;
   EXPECT_DOUBLE_EQ(sum_n, 10.0);
-  EXPECT_EQ(points[3].normal_n.z, 0.0);
+  EXPECT_EQ(points[3].normal_force_n.z, 0.0);
   points[1].depth_m = points[2].depth_m = 1e-9;
-  press(points, law, law_energy(points, law), 0.0, 0.0, stored);
-  EXPECT_NEAR(points[0].normal_n.z, 10.0, 1e-5);
+  set_forces(points, law, law_energy(points, law), 0.0, 0.0, stored);
+  EXPECT_NEAR(points[0].normal_force_n.z, 10.0, 1e-5);
 }
 
 /// While the bodies part, the springs give in proportion to what they hold; while they approach, they press
 /// with the whole stiffness.
 TEST(ContactLaw, SpringsGiveWhatTheyHold) {
   const ContactLaw undamped{.stiffness_npm = 1000.0};
-  const auto force_n = [&](double speed_mps, double held_share) {
+  const auto force_n = [&](double speed_mps, double stored_share) {
     FrozenContact point = contact(0.01, {0.0, 0.0, speed_mps});
     const SpringEnergy by_law = law_energy({&point, 1}, undamped);
-    StoredEnergy stored{.springs = {.normal_j = held_share * by_law.normal_j}};
-    press({&point, 1}, undamped, by_law, 0.0, 0.0, stored);
+    StoredEnergy stored{.springs = {.normal_j = stored_share * by_law.normal_j}};
+    set_forces({&point, 1}, undamped, by_law, 0.0, 0.0, stored);
     EXPECT_LE(stored.springs.normal_j, max_stiffening * by_law.normal_j);
-    return point.normal_n.z;
+    return point.normal_force_n.z;
   };
   EXPECT_DOUBLE_EQ(force_n(0.1, 0.3), 3.0);
   EXPECT_DOUBLE_EQ(force_n(-0.1, 0.3), 10.0);
@@ -164,7 +164,7 @@ TEST(ContactLaw, JumpsOfDepthsAndNormalsAddNoEnergy) {
       return std::uniform_real_distribution<double>(low, high)(random);
     };
     glm::dvec3 v(uniform(-1.0, 1.0), uniform(-1.0, 1.0), -1.0);
-    const double dt_s = 1e-3, first_j = 0.5 * glm::dot(v, v);
+    const double dt_s = 1e-3, initial_j = 0.5 * glm::dot(v, v);
     StoredEnergy stored;
     double highest_j = 0.0, largest_stored_j = 0.0;
     std::vector<FrozenContact> points;
@@ -182,22 +182,23 @@ TEST(ContactLaw, JumpsOfDepthsAndNormalsAddNoEnergy) {
       const SpringEnergy begin = law_energy(points, undamped);
       for (FrozenContact& point : points) {
         point.velocity_mps = v;
-        follow(point, 0.5 * dt_s);
+        advance(point, 0.5 * dt_s);
       }
-      press(points, undamped, begin, dt_s, 0.0, stored);
+      set_forces(points, undamped, begin, dt_s, 0.0, stored);
       for (const FrozenContact& point : points)
         v += dt_s * point.force_n();
       for (FrozenContact& point : points) {
         store_work(point, v, dt_s, stored);
-        follow(point, 0.5 * dt_s);
+        advance(point, 0.5 * dt_s);
       }
-      const double stored_j = std::max(0.0, stored.springs.normal_j) + std::max(0.0, stored.springs.across_j);
+      const double stored_j =
+          std::max(0.0, stored.springs.normal_j) + std::max(0.0, stored.springs.tangential_j);
       highest_j = std::max(highest_j, 0.5 * glm::dot(v, v) + stored_j);
       largest_stored_j = std::max(largest_stored_j, stored_j);
     }
     // More by what one substep gives: 1000 N/m and 1 kg have k h^2 / m of 1e-3.
-    ASSERT_LE(highest_j, 1.01 * first_j) << "seed " << seed;
-    ASSERT_GT(largest_stored_j, 0.1 * first_j) << "seed " << seed;
+    ASSERT_LE(highest_j, 1.01 * initial_j) << "seed " << seed;
+    ASSERT_GT(largest_stored_j, 0.1 * initial_j) << "seed " << seed;
   }
 }
 
