@@ -59,7 +59,7 @@ constexpr std::size_t judged_pairs = 1000;
 /// than the least depth, so only smaller ones are wrong.
 bool is_right(const PeerContact& found, const rtstdb::oracle::PairTruth& truth) {
   const double tolerance_m = truth.depth_tolerance_m() + 1e-3 * std::abs(truth.distance_m);
-  if (std::abs(truth.distance_m) <= truth.noise_m) return true;
+  if (std::abs(truth.distance_m) <= truth.precision_m) return true;
   if (found.touches != (truth.distance_m < 0.0)) return false;
   return found.touches ? found.distance_m < truth.distance_m + tolerance_m
                        : std::abs(found.distance_m - truth.distance_m) < tolerance_m;

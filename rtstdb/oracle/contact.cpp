@@ -81,7 +81,7 @@ PosedPair posed_parts(const World& world, EntityId first, std::uint32_t first_pa
 }
 
 double PairTruth::depth_tolerance_m() const noexcept {
-  return std::max(noise_m, -depth_relative_tolerance * distance_m);
+  return std::max(precision_m, -depth_relative_tolerance * distance_m);
 }
 
 PairTruth pair_truth(const PosedPair& pair) {
@@ -102,8 +102,8 @@ PairTruth pair_truth(const PosedPair& pair) {
       truth.n_world = (apart.p_first_m - apart.p_second_m) / apart.distance_m;
   }
   constexpr double distance_units = 8.0 * 0x1p-23;
-  truth.noise_m = std::max({contact_precision * std::min(first.diagonal_m, second.diagonal_m),
-                            8.0 * truth.unit_m, distance_units * truth.distance_m});
+  truth.precision_m = std::max({contact_precision * std::min(first.diagonal_m, second.diagonal_m),
+                                8.0 * truth.unit_m, distance_units * truth.distance_m});
   return truth;
 }
 

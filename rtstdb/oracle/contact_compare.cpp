@@ -26,14 +26,14 @@ struct PairRange {
 
 /// Whether an answer without limits lists the pair.
 struct PairExpectation {
-  bool certain = false;   ///< whatever the noise
-  bool exact = false;     ///< without noise
-  bool possible = false;  ///< with the most favourable noise
+  bool certain = false;   ///< whatever the error within the precision
+  bool exact = false;     ///< without an error
+  bool possible = false;  ///< with the most favourable error
 };
 
-PairExpectation expected_at(double distance_m, double noise_m, double margin_m) {
+PairExpectation expected_at(double distance_m, double precision_m, double margin_m) {
   const double beyond_m = distance_m - margin_m;
-  return {beyond_m < -noise_m, beyond_m <= 0.0, beyond_m <= noise_m};
+  return {beyond_m < -precision_m, beyond_m <= 0.0, beyond_m <= precision_m};
 }
 
 /// A pair of a search with its truth.
@@ -66,7 +66,7 @@ class JudgedConvexPair final : public JudgedPair {
              })->truth;
   }
   PairExpectation expectation() const override {
-    return expected_at(truth_.distance_m, truth_.noise_m, static_cast<double>(search_.margin_m));
+    return expected_at(truth_.distance_m, truth_.precision_m, static_cast<double>(search_.margin_m));
   }
   Judgement judge(const ContactPair& answer) const override {
     if (!answer.has_depth) return judged(Verdict::differs, "convex bodies without depth");
@@ -89,7 +89,7 @@ class JudgedSurfacePair final : public JudgedPair {
         truth_(surface_truth(pair_)) {}
   PairExpectation expectation() const override {
     PairExpectation expected =
-        expected_at(truth_.distance_m, truth_.noise_m, static_cast<double>(search_.margin_m));
+        expected_at(truth_.distance_m, truth_.precision_m, static_cast<double>(search_.margin_m));
     if (truth_.is_contact) expected.exact = expected.possible = true;
     if (truth_.is_certain_contact()) expected.certain = true;
     return expected;

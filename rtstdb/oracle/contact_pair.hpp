@@ -23,9 +23,9 @@ PairTruth pair_truth(const PosedPair& pair);
 PosedPair posed_parts(const World& world, EntityId first, std::uint32_t first_part, EntityId second,
                       std::uint32_t second_part, WorldTime t);
 
-/// Judge a property of an answered pair; the last of one contact point, whose normal has to be that of `answer`.
-/// judge_direction: the gap along n is not below `at_least_m`. judge_status: too_close where the distance is
-/// within its noise of the border between two statuses.
+/// Judge a property of an answered pair; the last of one contact point, whose normal has to be that of
+/// `answer`. judge_direction: the gap along n is not below `at_least_m`. judge_status: too_close where the
+/// distance is within its precision of the border between two statuses.
 Judgement judge_status(const PairTruth& truth, const ContactSearch& search, const ContactPair& answer);
 Judgement judge_undecided(const PairTruth& truth, const ContactPair& answer);
 Judgement judge_distance(const PairTruth& truth, const ContactPair& answer);
@@ -33,7 +33,7 @@ Judgement judge_direction(const PosedPair& pair, const glm::dvec3& n, double at_
 Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const ContactPair& answer,
                         const ContactPoint& point);
 Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, const ContactPoint& point,
-                         double noise_m);
+                         double precision_m);
 
 /// Two parts of a pair of entities.
 struct JudgedParts {

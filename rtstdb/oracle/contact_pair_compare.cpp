@@ -21,7 +21,7 @@ PairStatus status_of(double distance_m, double margin_m) {
 
 }  // namespace
 
-/// too_close: the distance is within its noise of the border between two statuses.
+/// too_close: the distance is within its precision of the border between two statuses.
 Judgement judge_status(const PairTruth& truth, const ContactSearch& search, const ContactPair& answer) {
   const auto margin_m = static_cast<double>(search.margin_m);
   if (answer.status == status_of(truth.distance_m, margin_m)) {
@@ -29,8 +29,8 @@ Judgement judge_status(const PairTruth& truth, const ContactSearch& search, cons
       return judged(Verdict::differs, "it is %.9g m apart, beyond the margin", truth.distance_m);
     return {};
   }
-  const double low_m = truth.distance_m - truth.noise_m;
-  const double high_m = truth.distance_m + truth.noise_m;
+  const double low_m = truth.distance_m - truth.precision_m;
+  const double high_m = truth.distance_m + truth.precision_m;
   bool is_possible = false;
   if (answer.status == PairStatus::contact) is_possible = low_m <= 0.0;
   if (answer.status == PairStatus::near) is_possible = high_m > 0.0 && low_m <= margin_m;
@@ -82,7 +82,7 @@ Judgement judge_direction(const PosedPair& pair, const glm::dvec3& n, double at_
 }
 
 Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, const ContactPoint& point,
-                         double noise_m) {
+                         double precision_m) {
   const Motion& of_first = first.state->row.motion;
   const Motion& of_second = second.state->row.motion;
   const glm::dvec3 from_first_m(point.p_first_m);
@@ -95,7 +95,7 @@ Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, co
                             first_radps * glm::length(from_first_m) +
                             second_radps * glm::length(from_second_m);
   const double tolerance_mps =
-      velocity_relative_tolerance * speeds_mps + (first_radps + second_radps) * noise_m;
+      velocity_relative_tolerance * speeds_mps + (first_radps + second_radps) * precision_m;
   const glm::dvec3 v(point.v_relative_mps);
   if (glm::distance(v, wanted) <= tolerance_mps) return {};
   return judged(Verdict::differs, "relative velocity (%.9g, %.9g, %.9g) instead of (%.9g, %.9g, %.9g)", v.x,
@@ -106,14 +106,14 @@ namespace {
 
 /// Whether the point, on the surface of the body, is near the triangle that the answer names.
 Judgement judge_triangle(const ConvexBody& body, std::uint32_t triangle, const glm::dvec3& surface_m,
-                         double depth_m, double noise_m) {
+                         double depth_m, double precision_m) {
   if (triangle >= body.triangles_m.size())
     return judged(Verdict::differs, "there is no triangle %u", triangle);
   const auto& c = body.triangles_m[triangle];
   const double size_m =
       std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
   const double off_m = glm::distance(nearest_on_triangle(c, surface_m).point, surface_m);
-  if (off_m <= noise_m + std::abs(depth_m) + contact_triangle_tolerance * size_m) return {};
+  if (off_m <= precision_m + std::abs(depth_m) + contact_triangle_tolerance * size_m) return {};
   return judged(Verdict::differs, "it is %.3g m off triangle %u", off_m, triangle);
 }
 
@@ -151,11 +151,11 @@ Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const Con
     if (!is_exit(side.body, side.surface_m, side.outward, tolerance_m))
       return judged(Verdict::differs, "it is on the far side of the %s body", name);
     if (Judgement judgement =
-            judge_triangle(side.body, side.triangle, side.surface_m, depth_m, truth.noise_m);
+            judge_triangle(side.body, side.triangle, side.surface_m, depth_m, truth.precision_m);
         judgement.verdict != Verdict::agrees)
       return judgement;
   }
-  return judge_velocity(pair.first, pair.second, point, truth.noise_m);
+  return judge_velocity(pair.first, pair.second, point, truth.precision_m);
 }
 
 namespace {

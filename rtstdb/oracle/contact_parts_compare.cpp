@@ -45,14 +45,14 @@ Judgement judge_parts(std::span<const JudgedParts> parts, const ContactSearch& s
   // The bounds may be those of parts that are nearly as near.
   for (const JudgedParts& one : parts)
     if (one.truth.distance_m <= truth.distance_m + one.truth.depth_tolerance_m())
-      truth.noise_m = std::max(truth.noise_m, one.truth.noise_m);
+      truth.precision_m = std::max(truth.precision_m, one.truth.precision_m);
   if (answer.status == PairStatus::undecided) return judge_undecided(truth, answer);
   Judgement status = judge_status(truth, search, answer);
   if (status.verdict == Verdict::differs) return status;
   if (Judgement distance = judge_distance(truth, answer); distance.verdict != Verdict::agrees)
     return distance;
   const bool is_right_normal = std::ranges::any_of(parts, [&](const JudgedParts& one) {
-    return one.truth.distance_m <= truth.distance_m + truth.depth_tolerance_m() + one.truth.noise_m &&
+    return one.truth.distance_m <= truth.distance_m + truth.depth_tolerance_m() + one.truth.precision_m &&
            judge_direction(one.pair, glm::dvec3(answer.n_world), truth.distance_m - truth.depth_tolerance_m())
                    .verdict == Verdict::agrees;
   });

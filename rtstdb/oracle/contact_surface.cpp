@@ -33,7 +33,7 @@ void find_depth(const SurfacePair& pair, SurfaceTruth& truth) {
     of_second = surface_depth(pair.second_surface, pair.first_surface, accuracy_m, of_first.min_m);
   truth.max_depth_m = std::max(of_first.max_m, of_second.max_m);
   truth.min_depth_m = std::max(of_first.min_m, of_second.min_m);
-  if (truth.min_depth_m <= (truth.is_contact ? 0.0 : truth.noise_m)) return;
+  if (truth.min_depth_m <= (truth.is_contact ? 0.0 : truth.precision_m)) return;
   if (of_second.min_m > 0.0) {
     truth.p_first_m = of_second.nearest_m;
     truth.p_second_m = of_second.p_m;
@@ -49,7 +49,7 @@ void find_depth(const SurfacePair& pair, SurfaceTruth& truth) {
 
 }  // namespace
 
-double surface_noise_m(const SurfaceBody& first, const SurfaceBody& second, double distance_m) {
+double surface_precision_m(const SurfaceBody& first, const SurfaceBody& second, double distance_m) {
   const SurfaceBody& larger = first.diagonal_m() >= second.diagonal_m() ? first : second;
   return std::max(1e-4 * std::min(first.diagonal_m(), second.diagonal_m()),
                   4.0 / 8388608.0 * std::max(larger.largest_coordinate_m(), distance_m));
@@ -72,12 +72,12 @@ SurfacePair::SurfacePair(const World& world, EntityId first_id, EntityId second_
       second_surface(surface_of(world, second, first.pose.p_world_m)) {}
 
 double SurfaceTruth::depth_tolerance_m() const noexcept {
-  return surface_depth_tolerance * smaller_diagonal_m + depth_relative_tolerance * max_depth_m + noise_m;
+  return surface_depth_tolerance * smaller_diagonal_m + depth_relative_tolerance * max_depth_m + precision_m;
 }
 
 bool SurfaceTruth::is_certain_contact() const noexcept {
   if (!is_contact) return false;
-  return has_depth ? min_depth_m > depth_tolerance_m() : crossing_margin_m > noise_m;
+  return has_depth ? min_depth_m > depth_tolerance_m() : crossing_margin_m > precision_m;
 }
 
 SurfaceTruth surface_truth(const SurfacePair& pair) {
@@ -102,11 +102,11 @@ SurfaceTruth surface_truth(const SurfacePair& pair) {
     truth.is_contact =
         gap.distance_m == 0.0 || has_component_in(first, second) || has_component_in(second, first);
   }
-  truth.noise_m = surface_noise_m(first, second, truth.distance_m);
+  truth.precision_m = surface_precision_m(first, second, truth.distance_m);
   // Surfaces that only touch at edges and coplanar triangles may be those of bodies that penetrate.
-  const bool may_penetrate = truth.is_contact || truth.distance_m <= truth.noise_m;
+  const bool may_penetrate = truth.is_contact || truth.distance_m <= truth.precision_m;
   if (may_penetrate && truth.has_depth) find_depth(pair, truth);
-  truth.is_contact = truth.is_contact || truth.min_depth_m > truth.noise_m;
+  truth.is_contact = truth.is_contact || truth.min_depth_m > truth.precision_m;
   return truth;
 }
 

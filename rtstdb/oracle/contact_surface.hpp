@@ -28,8 +28,8 @@ struct SurfacePair {
   SurfacePair(const World& world, EntityId first_id, EntityId second_id, WorldTime t);
 };
 
-/// As PairTruth::noise_m.
-double surface_noise_m(const SurfaceBody& first, const SurfaceBody& second, double distance_m);
+/// As PairTruth::precision_m.
+double surface_precision_m(const SurfaceBody& first, const SurfaceBody& second, double distance_m);
 /// Whether one of the connected pieces of a surface lies in the body. The two surfaces do not cross.
 bool has_component_in(const SurfaceBody& surface, const SurfaceBody& body);
 
@@ -49,12 +49,12 @@ struct SurfaceTruth {
   double min_depth_m = 0.0, max_depth_m = 0.0;  ///< bounds of the greatest depth
   /// The surfaces cross, and no translation of the first body that is shorter undoes all crossings.
   double crossing_margin_m = 0.0;
-  double noise_m = 0.0;             ///< as of a PairTruth
+  double precision_m = 0.0;         ///< as of a PairTruth
   double smaller_diagonal_m = 0.0;  ///< of the scaled bounds
 
   /// How much less than the truth an answered depth may be.
   double depth_tolerance_m() const noexcept;
-  /// Whether the bodies are in contact by more than noise and the tolerated error of a depth.
+  /// Whether the bodies are in contact by more than the precision and the tolerated error of a depth.
   bool is_certain_contact() const noexcept;
 };
 
@@ -65,22 +65,23 @@ SurfaceTruth surface_truth(const World& world, EntityId first, EntityId second, 
 inline constexpr double contact_surface_angle_rad = 0.017453292519943295;
 
 /// Judges one listed pair of surfaces. The answer is right if all of this holds:
-///     status    right. Too close: the distance is within noise_m of the border to another status, or the
+///     status    right. Too close: the distance is within precision_m of the border to another status, or the
 ///               bodies are no certain contact.
-///     distance  Of bodies that are apart, within noise_m. Of a contact, minus a depth that is at most
-///               depth_tolerance_m below min_depth_m and at most noise_m above max_depth_m; 0 without depth.
-///               Too close: a smaller depth that is not negative, since a search may end at a local maximum.
-///               Its bounds contain it and are within these tolerances of it.
+///     distance  Of bodies that are apart, within precision_m. Of a contact, minus a depth that is at most
+///               depth_tolerance_m below min_depth_m and at most precision_m above max_depth_m; 0 without
+///               depth. Too close: a smaller depth that is not negative, since a search may end at a local
+///               maximum. Its bounds contain it and are within these tolerances of it.
 ///     normal    of unit length; that of the first point. Of a separate pair, a translation of the first body
-///               by the distance against it makes the bodies touch, within noise_m and
+///               by the distance against it makes the bodies touch, within precision_m and
 ///               contact_surface_angle_rad of the distance.
 ///     points    1 to 4, none if the pair is separate. Half its depth before and behind each point, along
-///               its normal, are the two named triangles, within noise_m. One of these two places is a point
-///               of one surface to which the other surface is not nearer than the depth, by more than
-///               noise_m, and which is inside the other body for a positive depth, outside for a negative
+///               its normal, are the two named triangles, within precision_m. One of these two places is a
+///               point of one surface to which the other surface is not nearer than the depth, by more than
+///               precision_m, and which is inside the other body for a positive depth, outside for a negative
 ///               one. No point is deeper than the first one, whose depth is minus the distance, and none is
 ///               apart by more than the margin. Velocities are those of the rows.
-///     has_depth right. Without depth, depths are 0, and points are within noise_m of both named triangles.
+///     has_depth right. Without depth, depths are 0, and points are within precision_m of both named
+///               triangles.
 Judgement judge_surface_pair(const SurfacePair& pair, const SurfaceTruth& truth, const ContactSearch& search,
                              const ContactPair& answer);
 

@@ -115,8 +115,8 @@ std::optional<double> earlier_impact(const World& world, const ImpactSearch& sea
   const double speed_mps = glm::length(a.v_world_mps - b.v_world_mps) +
                            glm::length(a.w_world_radps) * reach_a_m +
                            glm::length(b.w_world_radps) * reach_b_m;
-  const double noise_m = nearest_parts(world, search.first, second, search.t).truth.noise_m;
-  return time_below(world, search, second, half_m - noise_m, speed_mps, 0.0, end_s);
+  const double precision_m = nearest_parts(world, search.first, second, search.t).truth.precision_m;
+  return time_below(world, search, second, half_m - precision_m, speed_mps, 0.0, end_s);
 }
 
 /// Judges the relative velocity of two entities that meet according to the answer.
@@ -183,7 +183,7 @@ Judgement judge_meeting(const World& world, const ImpactSearch& search, const Im
   const double speed_mps =
       glm::length(pair.first.state->row.motion.v_world_mps - pair.second.state->row.motion.v_world_mps);
   // The time is whole nanoseconds, and distances are found with a tenth of the tolerance.
-  const double slack_m = truth.noise_m + 0.1 * tolerance_m + 2e-9 * speed_mps;
+  const double slack_m = truth.precision_m + 0.1 * tolerance_m + 2e-9 * speed_mps;
   if (truth.distance_m > tolerance_m + slack_m)
     return judged(Verdict::differs, "entities of %.3g and %.3g m are %.9g m apart after %.9g s, not %.9g m",
                   pair.first_body.diagonal_m, pair.second_body.diagonal_m, truth.distance_m,

@@ -206,15 +206,15 @@ struct PairTruth {
   /// that penetrate, along the shortest translation of the first that separates them.
   glm::dvec3 n_world{0.0};
   glm::dvec3 p_first_m{0.0}, p_second_m{0.0};  ///< ends of the shortest segment; zero if they penetrate
-  /// How far the bounds of an answer may be apart, as ContactQuery states it, but for its share of the depth.
-  double noise_m = 0.0;
+  /// Greatest width of the bounds of an answer, as ContactQuery states it, but for its share of the depth.
+  double precision_m = 0.0;
   double unit_m = 0.0;  ///< in the last place of the larger body's largest coordinate
 
   /// The error that a depth may have.
   double depth_tolerance_m() const noexcept;
 };
 
-/// Relative to the depth, where this exceeds noise_m.
+/// Relative to the depth, where this exceeds precision_m.
 inline constexpr double depth_relative_tolerance = 0.01;
 
 /// The truth of two entities with convex geometry: of the hulls of their corners. Depth: the largest gap
@@ -302,7 +302,7 @@ Judgement compare(const World& world, const Cone& cone, const ConeQueryOptions& 
 inline constexpr double contact_triangle_tolerance = 0.01;
 
 /// One listed pair with convex geometry.
-///     status    right, or the distance is within noise_m of the border to another one (too close)
+///     status    right, or the distance is within precision_m of the border to another one (too close)
 ///     distance  within its bounds, which contain the truth and are at most depth_tolerance_m apart. Those of
 ///               an undecided pair contain the truth, and the pair is too close.
 ///     normal    of unit length; the gap along it is the lower bound of the distance within 4 unit_m

@@ -286,7 +286,7 @@ TEST(CompareContactPair, IsTooCloseAtABorder) {
     answer.status = status;
     return pair_verdict(scene.world(), search, answer);
   };
-  // noise_m is about 0.07 mm.
+  // precision_m is about 0.07 mm.
   EXPECT_EQ(verdict(0.00004, PairStatus::contact, 0.0f), Verdict::too_close);
   EXPECT_EQ(verdict(0.00004, PairStatus::separate, 0.0f), Verdict::agrees);
   EXPECT_EQ(verdict(0.001, PairStatus::contact, 0.0f), Verdict::differs);

@@ -245,7 +245,7 @@ TEST(ConvexMesh, MayHaveSlivers) {
   EXPECT_FALSE(MeshTree(with_sliver(0.1f)).convex());
   const PairTruth truth = truth_of(two_bodies(with_sliver(0x1p-22f), make_box({2, 2, 2}), {1.5, 0.3, 0.2}));
   EXPECT_NEAR(truth.distance_m, -0.5, 1e-6);
-  EXPECT_NEAR(truth.noise_m, contact_precision * std::sqrt(12.0), 1e-5);
+  EXPECT_NEAR(truth.precision_m, contact_precision * std::sqrt(12.0), 1e-5);
 }
 
 // ---- candidates

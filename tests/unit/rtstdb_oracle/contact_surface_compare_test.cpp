@@ -135,16 +135,16 @@ INSTANTIATE_TEST_SUITE_P(
                          [](SurfaceAnswer& p, const Of&) { p.has_depth = false; }},
         SurfaceTampering{"more_depth_than_the_truth", in_contact,
                          [](SurfaceAnswer& p, const Of& one) {
-                           set_distance(p,
-                                        -static_cast<float>(one.truth.max_depth_m + 2.0 * one.truth.noise_m));
+                           set_distance(
+                               p, -static_cast<float>(one.truth.max_depth_m + 2.0 * one.truth.precision_m));
                          }},
         SurfaceTampering{"distance_too_long", PairStatus::near,
                          [](SurfaceAnswer& p, const Of& one) {
-                           set_distance(p, p.distance_m + 2.0f * static_cast<float>(one.truth.noise_m));
+                           set_distance(p, p.distance_m + 2.0f * static_cast<float>(one.truth.precision_m));
                          }},
         SurfaceTampering{"distance_too_short", PairStatus::near,
                          [](SurfaceAnswer& p, const Of& one) {
-                           set_distance(p, p.distance_m - 2.0f * static_cast<float>(one.truth.noise_m));
+                           set_distance(p, p.distance_m - 2.0f * static_cast<float>(one.truth.precision_m));
                          }},
         SurfaceTampering{"distance_nan", in_contact,
                          [](SurfaceAnswer& p, const Of&) { p.distance_m = std::nanf(""); }},
@@ -186,7 +186,8 @@ INSTANTIATE_TEST_SUITE_P(
                          }},
         SurfaceTampering{"point_along_the_normal", in_contact,
                          [](SurfaceAnswer& p, const Of& one) {
-                           p.points[0].p_first_m += 3.0f * static_cast<float>(one.truth.noise_m) * p.n_world;
+                           p.points[0].p_first_m +=
+                               3.0f * static_cast<float>(one.truth.precision_m) * p.n_world;
                          }},
         SurfaceTampering{"point_far_away", in_contact,
                          [](SurfaceAnswer& p, const Of&) { p.points[0].p_first_m += glm::vec3(5.0f); }},

@@ -132,7 +132,7 @@ TEST(ContactPose, FarFromTheOriginNothingIsLost) {
   const PairTruth truth = truth_of(scene);
   EXPECT_NEAR(truth.distance_m, 0.0001, 1e-10);
   expect_near(truth.n_world, {-1, 0, 0}, 1e-9);
-  EXPECT_LT(truth.noise_m, 1e-3);
+  EXPECT_LT(truth.precision_m, 1e-3);
 }
 
 TEST(ContactPose, IsScaledForEachAxis) {
@@ -150,7 +150,7 @@ TEST(ContactPose, MeshesMayBeInsideOut) {
     std::swap(triangle.x, triangle.y);
   const Scene scene = two_bodies(turned, make_box(cube_m), {1.5, 0.2, 0.1});
   expect_pair(truth_of(scene), -0.5, {-1, 0, 0});
-  EXPECT_NEAR(truth_of(scene).noise_m, contact_precision * std::sqrt(12.0), 1e-6);
+  EXPECT_NEAR(truth_of(scene).precision_m, contact_precision * std::sqrt(12.0), 1e-6);
   const ContactSearch search = search_of(first_id, second_id);
   const World world = scene.world();
   const Judgement judgement =
@@ -172,10 +172,10 @@ TEST(ContactPose, IsThatOfTheSearchsTime) {
 
 TEST(ContactNoise, IsThatOfTheSmallerBodyOrOfTheLargerOnesCoordinates) {
   const double diagonal_m = std::sqrt(12.0);
-  EXPECT_NEAR(truth_of(two_bodies(make_box(cube_m), make_box({5, 5, 5}), {5, 0, 0})).noise_m,
+  EXPECT_NEAR(truth_of(two_bodies(make_box(cube_m), make_box({5, 5, 5}), {5, 0, 0})).precision_m,
               contact_precision * diagonal_m, 1e-7);
   const PairTruth large = truth_of(two_bodies(make_box(cube_m), make_box({20000, 10, 10}), {0, 6.5, 0}));
-  EXPECT_EQ(large.noise_m, 8.0 * 0x1p-10);  // the unit of 10 km is a 1024th of a metre
+  EXPECT_EQ(large.precision_m, 8.0 * 0x1p-10);  // the unit of 10 km is a 1024th of a metre
   EXPECT_NEAR(large.distance_m, 0.5, 1e-9);
 }
 
