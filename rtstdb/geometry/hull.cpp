@@ -11,6 +11,7 @@
 #include <rtstdb/result.hpp>
 
 #include "rtstdb/geometry/hull_triangles.hpp"
+#include "rtstdb/geometry/ulp.hpp"
 #include "rtstdb/geometry/value_text.hpp"
 
 namespace rtstdb {
@@ -33,13 +34,13 @@ Result<HullTriangles> checked_hull(std::span<const glm::vec3> points_m) {
   if (count < 4) return no_hull(count, " that span no volume; at least 4 are needed");
   const double limit_m = hull_tolerance_ulp * ulp_m(points_m);
   auto hull = hull_triangles(points_m);
-  const auto side = hull ? thin_side(*hull, points_m, limit_m) : ThinSide{};
-  if (!side) return std::move(*hull);
+  const auto thin = hull ? thin_side(*hull, points_m, limit_m) : ThinSide{};
+  if (!thin) return std::move(*hull);
   char text[160];
   std::snprintf(text, sizeof text,
                 " that span no volume: they are %.4g m thick, and at least %.4g m are needed, which is %g "
                 "times the precision of their largest coordinate",
-                side->extent_m, limit_m, hull_tolerance_ulp);
+                thin->extent_m, limit_m, hull_tolerance_ulp);
   return no_hull(count, text);
 }
 

@@ -400,14 +400,6 @@ std::optional<HullTriangles> hull_triangles(std::span<const glm::vec3> points_m,
   return CoplanarMerger(points_m, std::move(triangles), std::move(planes)).merged();
 }
 
-double ulp_m(std::span<const glm::vec3> points_m) {
-  float largest_m = 0.0f;
-  for (const glm::vec3& p_m : points_m)
-    largest_m = std::max({largest_m, std::abs(p_m.x), std::abs(p_m.y), std::abs(p_m.z)});
-  const int exponent = std::max(largest_m > 0.0f ? std::ilogb(largest_m) : -126, -126);
-  return std::ldexp(1.0, exponent - 23);
-}
-
 std::optional<ThinSide> thin_side(const HullTriangles& hull, std::span<const glm::vec3> points_m,
                                   double limit_m) {
   std::uint32_t first = hull.corners.front();  // a corner that is far behind the last plane

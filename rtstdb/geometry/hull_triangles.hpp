@@ -33,10 +33,7 @@ struct HullTriangles {
 /// those that are corners need not be corners. All coordinates are finite.
 std::optional<HullTriangles> hull_triangles(std::span<const glm::vec3> points_m, double tolerance_m = 0.0);
 
-/// The distance of two neighbouring values of single precision, at the size of the largest coordinate.
-double ulp_m(std::span<const glm::vec3> points_m);
-
-/// A triangle of a hull, and the extent of the hull along its normal.
+/// A triangle of a hull along whose normal the hull is thin, and its extent along it.
 struct ThinSide {
   std::uint32_t triangle = 0;
   double extent_m = 0.0;

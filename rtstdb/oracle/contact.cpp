@@ -90,7 +90,7 @@ PairTruth pair_truth(const PosedPair& pair) {
   const AxisGap gap = largest_gap(first, second);
   PairTruth truth{.distance_m = gap.gap_m,
                   .n_world = gap.axis,
-                  .unit_m = first.diagonal_m >= second.diagonal_m ? first.unit_m : second.unit_m};
+                  .ulp_m = first.diagonal_m >= second.diagonal_m ? first.ulp_m : second.ulp_m};
   if (gap.gap_m > 0.0) {
     const BodyDistance apart = surface_distance(first, second);
     truth.distance_m = apart.distance_m;
@@ -103,7 +103,7 @@ PairTruth pair_truth(const PosedPair& pair) {
   }
   constexpr double distance_units = 8.0 * 0x1p-23;
   truth.precision_m = std::max({contact_precision * std::min(first.diagonal_m, second.diagonal_m),
-                                8.0 * truth.unit_m, distance_units * truth.distance_m});
+                                8.0 * truth.ulp_m, distance_units * truth.distance_m});
   return truth;
 }
 

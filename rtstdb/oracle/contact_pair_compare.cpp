@@ -46,7 +46,7 @@ Judgement judge_bounds(const PairTruth& truth, const ContactPair& answer) {
   const auto min_m = static_cast<double>(answer.min_distance_m);
   const auto max_m = static_cast<double>(answer.max_distance_m);
   // Rounding of the oracle's double precision.
-  const double rounding_m = 1e-6 * truth.unit_m + 1e-12 * std::abs(truth.distance_m);
+  const double rounding_m = 1e-6 * truth.ulp_m + 1e-12 * std::abs(truth.distance_m);
   if (min_m <= truth.distance_m + rounding_m && max_m >= truth.distance_m - rounding_m &&
       answer.distance_m >= answer.min_distance_m && answer.distance_m <= answer.max_distance_m)
     return {};
@@ -187,7 +187,7 @@ Judgement judge_pair(const PosedPair& pair, const PairTruth& truth, const Contac
   if (status.verdict == Verdict::differs) return status;
   if (Judgement judgement = judge_distance(truth, answer); judgement.verdict != Verdict::agrees)
     return judgement;
-  const double gap_m = static_cast<double>(answer.min_distance_m) - 4.0 * truth.unit_m;
+  const double gap_m = static_cast<double>(answer.min_distance_m) - 4.0 * truth.ulp_m;
   if (Judgement judgement = judge_direction(pair, glm::dvec3(answer.n_world), gap_m);
       judgement.verdict != Verdict::agrees)
     return judgement;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "rtstdb/geometry/ulp.hpp"
 #include "rtstdb/oracle/nearest_point.hpp"
 
 namespace rtstdb::oracle {
@@ -163,7 +164,7 @@ ConvexBody convex_body(const PosedEntity& entity, const glm::dvec3& origin_m) {
   const glm::dvec3 minimum_m(entity.mesh->bounds().minimum_m), maximum_m(entity.mesh->bounds().maximum_m);
   body.diagonal_m = glm::length(scale * (maximum_m - minimum_m));
   const glm::dvec3 largest_m = scale * glm::max(glm::abs(minimum_m), glm::abs(maximum_m));
-  body.unit_m = std::ldexp(1.0, std::ilogb(std::max({largest_m.x, largest_m.y, largest_m.z})) - 23);
+  body.ulp_m = ulp_m(std::max({largest_m.x, largest_m.y, largest_m.z}));
   return body;
 }
 

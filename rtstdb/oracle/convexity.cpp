@@ -16,6 +16,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/ulp.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 
 namespace rtstdb::oracle {
@@ -56,8 +57,7 @@ class ConvexityTest {
       if (glm::cross(triangle[1] - triangle[0], triangle[2] - triangle[0]) != glm::dvec3(0.0))
         triangles_m_.push_back(triangle);
     }
-    const double ulp_m = std::exp2(std::floor(std::log2(largest_m)) - 23.0);
-    thin_m_ = hull_tolerance_ulp * ulp_m;
+    thin_m_ = hull_tolerance_ulp * ulp_m(largest_m);
     allowed_m_ = std::max(convex_tolerance * glm::length(maximum - minimum), thin_m_);
   }
 

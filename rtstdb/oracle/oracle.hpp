@@ -208,7 +208,7 @@ struct PairTruth {
   glm::dvec3 p_first_m{0.0}, p_second_m{0.0};  ///< ends of the shortest segment; zero if they penetrate
   /// Greatest width of the bounds of an answer, as ContactQuery states it, but for its share of the depth.
   double precision_m = 0.0;
-  double unit_m = 0.0;  ///< in the last place of the larger body's largest coordinate
+  double ulp_m = 0.0;  ///< single precision at the larger body's largest coordinate
 
   /// The error that a depth may have.
   double depth_tolerance_m() const noexcept;
@@ -305,7 +305,7 @@ inline constexpr double contact_triangle_tolerance = 0.01;
 ///     status    right, or the distance is within precision_m of the border to another one (too close)
 ///     distance  within its bounds, which contain the truth and are at most depth_tolerance_m apart. Those of
 ///               an undecided pair contain the truth, and the pair is too close.
-///     normal    of unit length; the gap along it is the lower bound of the distance within 4 unit_m
+///     normal    of unit length; the gap along it is the lower bound of the distance within 4 ulp_m
 ///     points    At half its depth before and behind each point, along the normal, are the surfaces at which
 ///               the bodies face one another, within depth_tolerance_m, and the named triangles. No point is
 ///               deeper than the pair, and the depth of the first is minus the distance. Velocities are those

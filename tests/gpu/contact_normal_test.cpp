@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "rtstdb/geometry/ulp.hpp"
 #include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 #include "tests/support/rounds.hpp"
@@ -147,18 +148,18 @@ class SolidNormals : public DatabaseTest {
         SCOPED_TRACE(testing::Message() << "batch " << batch << ", pair " << i << ", distance "
                                         << expected.distance_m << " m, radius " << expected.radius_m << " m");
         ASSERT_EQ(found.status, expected.distance_m > 0.0 ? PairStatus::near : PairStatus::contact);
-        const double unit_m = std::ldexp(1.0, std::ilogb(expected.other_m) - 23);
+        const double other_ulp_m = ulp_m(expected.other_m);
         EXPECT_NEAR(static_cast<double>(found.distance_m), expected.distance_m,
-                    2e-6 * expected.radius_m + 4.0 * unit_m);
+                    2e-6 * expected.radius_m + 4.0 * other_ulp_m);
         const double off_rad = glm::length(glm::cross(glm::dvec3(found.n_world), sign * expected.n));
         EXPECT_GT(glm::dot(glm::dvec3(found.n_world), sign * expected.n), 0.0);
-        EXPECT_LE(off_rad, std::max(angle_rad, 4.0 * unit_m / expected.radius_m));
+        EXPECT_LE(off_rad, std::max(angle_rad, 4.0 * other_ulp_m / expected.radius_m));
         worst_rad = std::max(worst_rad, off_rad);
         ASSERT_GE(found.point_count, 1u);
         const glm::dvec3 first_m = (i % 2 == 0 ? expected.first : expected.second).motion.p_world_m;
         const glm::dvec3 at_m = first_m + glm::dvec3(found.points[0].p_first_m);
         const glm::dvec3 middle_m = expected.on_first_m - 0.5 * expected.distance_m * expected.n;
-        const double allowed_m = 1e-4 * expected.radius_m + 8.0 * unit_m;
+        const double allowed_m = 1e-4 * expected.radius_m + 8.0 * other_ulp_m;
         EXPECT_NEAR(glm::dot(at_m - middle_m, expected.n), 0.0, allowed_m);
         if (expected.has_point) {
           EXPECT_LE(glm::distance(at_m, middle_m), allowed_m);

@@ -235,7 +235,7 @@ TEST_F(ContactPrecision, RandomPairsAgreeWithTheOracle) {
       const auto margin_m = static_cast<double>(pairs[i].margin_m);
       const double from_threshold_m =
           std::min(std::abs(truth.distance_m), std::abs(truth.distance_m - margin_m));
-      if (from_threshold_m < std::max(8.0 * truth.unit_m, 1e-3 * pairs[i].smaller_m)) continue;
+      if (from_threshold_m < std::max(8.0 * truth.ulp_m, 1e-3 * pairs[i].smaller_m)) continue;
       const auto ratio = static_cast<std::size_t>(std::ranges::find(ratios, pairs[i].ratio) - ratios.begin());
       ++counts[ratio].pairs;
       counts[ratio].undecided += answer.status == PairStatus::undecided ? 1 : 0;

@@ -11,6 +11,7 @@
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/ulp.hpp"
 #include "rtstdb/query/remainder.hpp"
 
 namespace rtstdb::query {
@@ -33,12 +34,11 @@ double omitted_m(const PairBody& body) noexcept {
 /// Half a unit in the last place of single precision, relative to a value.
 constexpr double half_unit = 0.5 * static_cast<double>(std::numeric_limits<float>::epsilon());
 
-/// Ulp at the largest scaled coordinate of the body.
-double ulp_m(const PairBody& body) noexcept {
+double largest_coordinate_m(const PairBody& body) noexcept {
   const glm::dvec3 largest_m =
       (glm::abs(glm::dvec3(body.hull.hull->center_m)) + glm::dvec3(body.hull.hull->half_extent_m)) *
       body.row.scale;
-  return std::ldexp(1.0, std::ilogb(std::max({largest_m.x, largest_m.y, largest_m.z})) - 23);
+  return std::max({largest_m.x, largest_m.y, largest_m.z});
 }
 
 /// A triangle of a hull's mesh, and a point near its plane.
@@ -151,9 +151,10 @@ shared::PairRecord pair_record(const PairBody& first, const PairBody& second, Wo
   // Upper bound: rotating a point of the first body makes 12 roundings of half a unit, and its scale, the
   // sum with the centre and the product with a direction the rest.
   const double rounding_m = half_unit * (12.0 * first_m + 4.0 * second_m + 8.0 * between_m);
-  const double precision_m = std::max({contact_precision * std::min(first_m, second_m),
-                                       8.0 * ulp_m(first_m >= second_m ? first : second),
-                                       16.0 * half_unit * (between_m - 0.5 * (first_m + second_m))});
+  const double precision_m =
+      std::max({contact_precision * std::min(first_m, second_m),
+                8.0 * ulp_m(largest_coordinate_m(first_m >= second_m ? first : second)),
+                16.0 * half_unit * (between_m - 0.5 * (first_m + second_m))});
   return {.q = glm::vec4(q),
           .q_low = remainder_of(q),
           .center_m = glm::vec3(center_m),

@@ -20,6 +20,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/orientation.hpp"
+#include "rtstdb/geometry/ulp.hpp"
 
 namespace rtstdb {
 namespace {
@@ -175,9 +176,7 @@ struct Thickness {
 
 /// The least extent of the points along a normal of three of them.
 Thickness thickness_of(const Points& points_m) {
-  double largest = 0.0, width = std::numeric_limits<double>::infinity();
-  for (const glm::vec3& p : points_m)
-    largest = std::max<double>({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  double width = std::numeric_limits<double>::infinity();
   std::vector<glm::dvec3> all;
   std::set<std::tuple<float, float, float>> known;
   for (const glm::vec3& p : points_m)
@@ -199,7 +198,7 @@ Thickness thickness_of(const Points& points_m) {
     }
   }
   if (std::isinf(width)) width = 0.0;
-  return {width, hull_tolerance_ulp * std::exp2(std::floor(std::log2(largest)) - 23.0)};
+  return {width, hull_tolerance_ulp * ulp_m(points_m)};
 }
 
 void expect_hull(const TriangleMesh& mesh, const PointSet& set) {

@@ -11,6 +11,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/convex_hull.hpp"
+#include "rtstdb/geometry/ulp.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 #include "rtstdb/oracle/surface_body.hpp"
 #include "scene.hpp"
@@ -266,10 +267,7 @@ TEST(Convexity, HullsKeepTheirCorners) {
     const TriangleMesh mesh = placed(made.shape, scale, random.orientation(), by, false);
     const auto hull = convex_hull_of(mesh);
     ASSERT_TRUE(hull);
-    double largest_m = 0.0;
-    for (const glm::vec3& p : mesh.positions_m)
-      largest_m = std::max<double>({largest_m, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    const double allowed_m = hull_tolerance_ulp * std::exp2(std::floor(std::log2(largest_m)) - 23.0);
+    const double allowed_m = hull_tolerance_ulp * ulp_m(mesh.positions_m);
     for (const glm::vec3& p : hull->corners_m)
       ASSERT_NE(std::ranges::find(mesh.positions_m, p), mesh.positions_m.end());
     if (hull->faces.size() == 2) continue;  // thinner than the tolerance
