@@ -392,7 +392,7 @@ bool covers_hull(const WeldedMesh& mesh, const HullTriangles& hull, const Volume
   if (std::abs(volume.value_m3) > unknown_m3 + volume.rounding_m3) return true;
   if (volume_of(mesh.points_m, hull.triangles).value_m3 > 2.0 * (unknown_m3 + volume.rounding_m3))
     return false;
-  const auto thin = thin_side(hull, mesh.points_m, 16.0 * allowed_m);
+  const auto thin = thin_direction(hull, mesh.points_m, 16.0 * allowed_m);
   if (!thin) return false;
   const auto flat = flat_hull(mesh.points_m, hull.planes[thin->triangle].normal(), allowed_m);
   return flat && covers_polygon(*flat, mesh.points_m, mesh.triangles, allowed_m);
@@ -406,7 +406,7 @@ std::optional<ConvexHull> hull_of_closed(const MeshView& mesh) {
   const double allowed_m = tolerance_m(made.points_m, made.diagonal_m);
   auto hull = hull_triangles(made.points_m);
   if (!hull) return flat_hull_of(made, largest_normal(made), allowed_m);
-  if (const auto thin = thin_side(*hull, made.points_m, hull_tolerance_ulp * ulp_m(made.points_m)))
+  if (const auto thin = thin_direction(*hull, made.points_m, hull_tolerance_ulp * ulp_m(made.points_m)))
     return flat_hull_of(made, hull->planes[thin->triangle].normal(), allowed_m);
   SurfaceCheck check(made, *hull, allowed_m);
   if (!check.is_near_hull()) return std::nullopt;
@@ -427,7 +427,7 @@ std::optional<ConvexHull> convex_hull_of_points(std::span<const glm::vec3> point
   if (!hull) return std::nullopt;
   std::optional<ConvexHull> made;
   const double ulp = ulp_m(points_m);
-  if (const auto thin = thin_side(*hull, points_m, hull_tolerance_ulp * ulp)) {
+  if (const auto thin = thin_direction(*hull, points_m, hull_tolerance_ulp * ulp)) {
     made = flat_hull(points_m, hull->planes[thin->triangle].normal(), simplification_ulp * ulp);
     if (made) {
       set_box(*made, points_m);

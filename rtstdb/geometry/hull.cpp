@@ -34,7 +34,7 @@ Result<HullTriangles> checked_hull(std::span<const glm::vec3> points_m) {
   if (count < 4) return no_hull(count, " that span no volume; at least 4 are needed");
   const double limit_m = hull_tolerance_ulp * ulp_m(points_m);
   auto hull = hull_triangles(points_m);
-  const auto thin = hull ? thin_side(*hull, points_m, limit_m) : ThinSide{};
+  const auto thin = hull ? thin_direction(*hull, points_m, limit_m) : ThinDirection{};
   if (!thin) return std::move(*hull);
   char text[160];
   std::snprintf(text, sizeof text,

@@ -400,8 +400,8 @@ std::optional<HullTriangles> hull_triangles(std::span<const glm::vec3> points_m,
   return CoplanarMerger(points_m, std::move(triangles), std::move(planes)).merged();
 }
 
-std::optional<ThinSide> thin_side(const HullTriangles& hull, std::span<const glm::vec3> points_m,
-                                  double limit_m) {
+std::optional<ThinDirection> thin_direction(const HullTriangles& hull, std::span<const glm::vec3> points_m,
+                                            double limit_m) {
   std::uint32_t first = hull.corners.front();  // a corner that is far behind the last plane
   for (std::uint32_t t = 0; t < hull.planes.size(); ++t) {
     const OrientedPlane& plane = hull.planes[t];
@@ -412,7 +412,7 @@ std::optional<ThinSide> thin_side(const HullTriangles& hull, std::span<const glm
       extent_m = depth_m;
       first = hull.corners[i];
     }
-    if (extent_m < limit_m) return ThinSide{t, extent_m};
+    if (extent_m < limit_m) return ThinDirection{t, extent_m};
   }
   return std::nullopt;
 }

@@ -34,7 +34,7 @@ struct HullTriangles {
 std::optional<HullTriangles> hull_triangles(std::span<const glm::vec3> points_m, double tolerance_m = 0.0);
 
 /// A triangle of a hull along whose normal the hull is thin, and its extent along it.
-struct ThinSide {
+struct ThinDirection {
   std::uint32_t triangle = 0;
   double extent_m = 0.0;
 };
@@ -42,11 +42,11 @@ struct ThinSide {
 /// Whether a hull is thin: a triangle along whose normal its extent is below the limit. The least extent
 /// along normals of triangles is at least the hull's least width, and at most three times that. Takes time in
 /// proportion to the number of triangles, if the hull is not nearly that thin.
-std::optional<ThinSide> thin_side(const HullTriangles& hull, std::span<const glm::vec3> points_m,
-                                  double limit_m);
+std::optional<ThinDirection> thin_direction(const HullTriangles& hull, std::span<const glm::vec3> points_m,
+                                            double limit_m);
 
 /// The hull of points that have one. Errors: bad_input for a coordinate that is not finite, fewer than four
-/// points, and a hull that is thinner than hull_tolerance_ulp units (thin_side); the message begins with the
+/// points, and a hull that is thinner than hull_tolerance_ulp units (thin_direction); the message begins with the
 /// number of points.
 Result<HullTriangles> checked_hull(std::span<const glm::vec3> points_m);
 
