@@ -12,7 +12,7 @@
 
 #include <rtstdb/database.hpp>
 
-#include "rtstdb/geometry/convex_hull.hpp"
+#include "rtstdb/geometry/convex_parts.hpp"
 #include "rtstdb/log/world.hpp"
 #include "rtstdb/query/gpu_executor.hpp"
 #include "rtstdb/standing/follower.hpp"

@@ -20,7 +20,7 @@
 #include "rtstdb/accel/deforming_geometry.hpp"
 #include "rtstdb/accel/kept_geometry.hpp"
 #include "rtstdb/accel/texel_pool.hpp"
-#include "rtstdb/geometry/convex_hull.hpp"
+#include "rtstdb/geometry/convex_parts.hpp"
 #include "rtstdb/geometry/extents.hpp"
 #include "rtstdb/store/row_source.hpp"
 #include "shaders/shared/entity.h"

@@ -14,7 +14,7 @@
 
 #include "rtstdb/accel/deforming_geometry.hpp"
 #include "rtstdb/field/stored_field.hpp"
-#include "rtstdb/geometry/convex_hull.hpp"
+#include "rtstdb/geometry/convex_parts.hpp"
 #include "shaders/shared/entity.h"
 
 namespace rtstdb::accel {

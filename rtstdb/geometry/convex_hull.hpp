@@ -32,9 +32,9 @@ struct ConvexHull {
     std::uint32_t first_triangle = 0, triangle_count = 0;
   };
 
-  /// A solid with a curved surface (solid_hull.hpp) is the Minkowski sum of the hull of the first core_corners
-  /// corners and a ball or a disc around the origin. Its faces are the flat ones alone, with corners on their
-  /// rims.
+  /// A solid with a curved surface (solid_hull.hpp) is the Minkowski sum of the hull of the first
+  /// core_corners corners and a ball or a disc around the origin. Its faces are the flat ones alone, with
+  /// corners on their rims.
   struct Round {
     glm::vec3 axis{0.0f};  ///< unit: a disc perpendicular to it; zero: a ball
     float radius_m = 0.0f;
@@ -60,16 +60,7 @@ struct ConvexHull {
 /// The hull of a convex mesh; empty: the mesh is not convex. Takes time in proportion to n log n for a convex
 /// mesh of n triangles, and usually much less for one that is not convex.
 std::optional<ConvexHull> convex_hull_of(const MeshView& mesh);
-
-/// The hull of points, without triangles. Points of less thickness than hull_tolerance_ulp units give a flat
-/// hull; empty: they lie in a line, up to that. All coordinates are finite.
-std::optional<ConvexHull> convex_hull_of_points(std::span<const glm::vec3> points_m);
-
-using ConvexParts = std::vector<ConvexHull>;
-
-/// The convex parts of a mesh: its hull if it is convex; else the hulls of its pieces (triangles that share
-/// corners by index), if all of them are convex and have their fronts on the same side. Empty: neither, or
-/// more than max_convex_parts pieces. face_triangles are indices in the whole mesh.
-ConvexParts convex_parts_of(const MeshView& mesh);
+/// As convex_hull_of, for a mesh that is closed, of at most max_convex_triangles triangles.
+std::optional<ConvexHull> convex_hull_of_closed(const MeshView& mesh);
 
 }  // namespace rtstdb

@@ -13,6 +13,7 @@
 
 #include "rtstdb/geometry/hull_triangles.hpp"
 #include "rtstdb/geometry/mesh_surface.hpp"
+#include "rtstdb/geometry/point_hull.hpp"
 #include "rtstdb/geometry/value_text.hpp"
 
 namespace rtstdb {

@@ -417,4 +417,27 @@ std::optional<ThinDirection> thin_direction(const HullTriangles& hull, std::span
   return std::nullopt;
 }
 
+namespace {
+
+std::uint64_t edge_key(std::uint32_t from, std::uint32_t to) {
+  return std::uint64_t{from} << 32 | to;
+}
+
+}  // namespace
+
+TrianglesByEdge::TrianglesByEdge(std::span<const glm::uvec3> triangles) {
+  edges_.reserve(3 * triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    for (int i = 0; i < 3; ++i)
+      edges_.emplace_back(edge_key(triangles[t][i], triangles[t][(i + 1) % 3]), t);
+  std::ranges::sort(edges_);
+}
+
+std::optional<std::uint32_t> TrianglesByEdge::find(std::uint32_t from, std::uint32_t to) const {
+  const std::uint64_t key = edge_key(from, to);
+  const auto edge = std::ranges::lower_bound(edges_, std::pair(key, 0u));
+  if (edge == edges_.end() || edge->first != key) return std::nullopt;
+  return edge->second;
+}
+
 }  // namespace rtstdb

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <rtstdb/result.hpp>
@@ -46,9 +47,20 @@ std::optional<ThinDirection> thin_direction(const HullTriangles& hull, std::span
                                             double limit_m);
 
 /// The hull of points that have one. Errors: bad_input for a coordinate that is not finite, fewer than four
-/// points, and a hull that is thinner than hull_tolerance_ulp units (thin_direction); the message begins with the
-/// number of points.
+/// points, and a hull that is thinner than hull_tolerance_ulp units (thin_direction); the message begins with
+/// the number of points.
 Result<HullTriangles> checked_hull(std::span<const glm::vec3> points_m);
+
+/// Triangles of a hull by their edges.
+class TrianglesByEdge {
+ public:
+  explicit TrianglesByEdge(std::span<const glm::uvec3> triangles);
+  /// The triangle with the edge in this direction.
+  std::optional<std::uint32_t> find(std::uint32_t from, std::uint32_t to) const;
+
+ private:
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> edges_;  ///< sorted
+};
 
 /// The triangle beside each edge of each triangle: element i of triangle t is the triangle that has the edge
 /// from corner i + 1 to corner i.

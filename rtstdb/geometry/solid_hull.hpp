@@ -6,7 +6,7 @@
 #include <rtstdb/geometry.hpp>
 #include <rtstdb/result.hpp>
 
-#include "rtstdb/geometry/convex_hull.hpp"
+#include "rtstdb/geometry/convex_parts.hpp"
 
 namespace rtstdb {
 

@@ -1,7 +1,5 @@
 // Which meshes are convex, and the corners and faces of their hulls.
 
-#include "rtstdb/geometry/convex_hull.hpp"
-
 #include <glm/ext/vector_float2.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -13,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "rtstdb/geometry/convex_parts.hpp"
 #include "tests/support/hull_meshes.hpp"
 
 namespace rtstdb {
