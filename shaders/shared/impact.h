@@ -94,19 +94,19 @@ RTSTDB_STRUCT(ActiveSurfaces)
   F(uvec2, shapes) /* of the geometries: GeometryPool::shown() */
 RTSTDB_STRUCT(SurfaceAdvanceArgs)
 
-// Two parts of the trees of both surfaces (shaders/query/impact/surface_approach.glsl).
-#define RTSTDB_FIELDS_WaitingParts(F)                                            \
+// A subtree of each of both surfaces (shaders/query/impact/surface_approach.glsl).
+#define RTSTDB_FIELDS_SubtreePair(F)                                             \
   F(uint, first)                                                                 \
   F(uint, second)                                                                \
   F(float, after_s) /* no sooner can they be nearer than half the tolerance */
-RTSTDB_STRUCT(WaitingParts)
+RTSTDB_STRUCT(SubtreePair)
 
-// The search of a step, and the parts that wait in it, the next one last. It goes on if the trees are those
-// of `shapes`, and else begins again.
-RTSTDB_CONSTANT(max_waiting_parts, 192)
+// The search of a step, and the pairs that it has to visit, the next one last. It goes on if the trees are
+// those of `shapes`, and else begins again.
+RTSTDB_CONSTANT(max_subtree_pairs, 192)
 #define RTSTDB_FIELDS_ApproachSearch(F)                                            \
   F(uvec2, shapes)                                                                 \
-  F(uint, waiting)   /* number of the parts */                                     \
+  F(uint, pending)   /* number of these pairs */                                   \
   F(uint, visits)                                                                  \
   F(float, after_s)  /* least one of the pairs of triangles that were visited */   \
   F(float, square)   /* of the distance of the nearest two within the tolerance */ \

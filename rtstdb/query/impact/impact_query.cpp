@@ -113,7 +113,7 @@ DeviceNeeds GpuImpactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   buffer(active_, " active pairs", pairs * sizeof(std::uint32_t), gpu::Memory::upload);
   buffer(active_surfaces_, " active surfaces", slots * sizeof(shared::ActiveSurfaces), gpu::Memory::upload);
   buffer(searches_buffer_, " paused searches", slots * sizeof(shared::ApproachSearch), gpu::Memory::device);
-  buffer(waiting_, " waiting parts", slots * shared::max_waiting_parts * sizeof(shared::WaitingParts),
+  buffer(subtree_pairs_, " subtree pairs", slots * shared::max_subtree_pairs * sizeof(shared::SubtreePair),
          gpu::Memory::device);
   return needs;
 }
@@ -125,7 +125,7 @@ std::vector<const gpu::Buffer*> GpuImpactQuery::bound_buffers(gpu::ShaderId shad
     return {&tlas.instances(slot), &sweeps_buffer_, &counts_, &ids_};
   if (shader == gpu::ShaderId::impact_surfaces)
     return {&pool.nodes(), &pool.triangles(), &pool.geometries(), &records_,
-            &states_,      &active_surfaces_, &searches_buffer_,  &waiting_};
+            &states_,      &active_surfaces_, &searches_buffer_,  &subtree_pairs_};
   return {&pool.hulls(), &records_, &states_, &active_};
 }
 

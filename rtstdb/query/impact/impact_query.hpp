@@ -104,7 +104,7 @@ class GpuImpactQuery final : public ImpactQuery, public GpuQuery {
 
   gpu::Buffer sweeps_buffer_, counts_, ids_;
   gpu::Buffer records_, states_, active_;
-  gpu::Buffer active_surfaces_, searches_buffer_, waiting_;
+  gpu::Buffer active_surfaces_, searches_buffer_, subtree_pairs_;
 };
 
 }  // namespace rtstdb::query

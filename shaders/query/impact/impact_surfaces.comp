@@ -19,11 +19,11 @@ layout(set = 0, binding = 3, scalar) readonly buffer PairsBuffer { AdvanceRecord
 layout(set = 0, binding = 4, scalar) buffer StatesBuffer { AdvanceState states[]; };
 layout(set = 0, binding = 5, scalar) readonly buffer ActiveBuffer { ActiveSurfaces active_surfaces[]; };
 layout(set = 0, binding = 6, scalar) buffer SearchesBuffer { ApproachSearch searches[]; };  // by slot
-layout(set = 0, binding = 7, scalar) buffer WaitingBuffer { WaitingParts waiting_parts[]; };
+layout(set = 0, binding = 7, scalar) buffer SubtreePairsBuffer { SubtreePair subtree_pairs[]; };
 #include "query/impact/surface_approach.glsl"
 #include "query/nearest/winding.glsl"
 
-// Visits of parts and triangles after which a pair pauses until the next dispatch.
+// Visits of subtrees and triangles after which a pair pauses until the next dispatch.
 const uint visits_until_pause = 500u;
 // A step with more visits than this does not find its distance.
 const uint max_visits = 1u << 22;
@@ -75,7 +75,7 @@ void end_step(Approach approach, vec4 q_second, double window_s, inout double ti
     state.n = rotate(q_second, search.between / max(state.distance_m, 1e-37));
     state.point_m = rotate(q_second, search.first - approach.first.origin);
   } else {
-    time_s += double(time_part * search.after_s) * 0.999999LF;
+    time_s += double(time_fraction * search.after_s) * 0.999999LF;
     state.state = time_s >= window_s ? advance_ends : advance_goes_on;
     time_s = min(time_s, window_s);
   }
@@ -88,14 +88,14 @@ void resume_search(uint slot) {
   uint i = 0u;
   do {
     ++rounds;
-    if (i < search.waiting) {
-      const WaitingParts parts = waiting_parts[slot * max_waiting_parts + i];
-      waiting_first[i] = parts.first;
-      waiting_second[i] = parts.second;
-      waiting_after_s[i] = parts.after_s;
+    if (i < search.pending) {
+      const SubtreePair next = subtree_pairs[slot * max_subtree_pairs + i];
+      pending_first[i] = next.first;
+      pending_second[i] = next.second;
+      pending_after_s[i] = next.after_s;
       ++i;
     }
-  } while (i < search.waiting);
+  } while (i < search.pending);
 }
 
 void pause_search(uint slot) {
@@ -104,12 +104,12 @@ void pause_search(uint slot) {
   uint i = 0u;
   do {
     ++rounds;
-    if (i < search.waiting) {
-      waiting_parts[slot * max_waiting_parts + i] =
-          WaitingParts(waiting_first[i], waiting_second[i], waiting_after_s[i]);
+    if (i < search.pending) {
+      subtree_pairs[slot * max_subtree_pairs + i] =
+          SubtreePair(pending_first[i], pending_second[i], pending_after_s[i]);
       ++i;
     }
-  } while (i < search.waiting);
+  } while (i < search.pending);
 }
 
 void main() {
@@ -148,7 +148,7 @@ void main() {
         visits += max(visited, 1u);
         search.visits += visited;
         if (begins) end_step(approach, q_second, window_s, time_s, state);
-        if (search.visits > max_visits || search.waiting > waiting_limit) state.state = advance_undecided;
+        if (search.visits > max_visits || search.pending > pending_limit) state.state = advance_undecided;
         cut_short = cut_short || rounds > max_rounds;
         goes_on = state.state == advance_goes_on && state.steps < max_advance_steps &&
                   visits < visits_until_pause && !cut_short;

@@ -29,10 +29,10 @@ struct Approach {
   float rounding_m;  // of positions in single precision
 };
 
-// Skips pairs that can not meet within this part of the least time so far, and boxes that are not nearer than
-// that part of the least distance so far.
-const float time_part = 0.75;
-const float distance_part = 0.91;
+// Skips pairs that can not meet within this fraction of the least time so far, and boxes that are not nearer
+// than that fraction of the least distance so far.
+const float time_fraction = 0.75;
+const float distance_fraction = 0.91;
 
 // The least time in which two convex sets come nearer than half the tolerance. They are apart by `distance_m`
 // along n, which is unit and has this error. Reaches: of their farthest points from the origins.
@@ -46,24 +46,24 @@ float time_to_meet(Approach approach, float distance_m, vec3 n, float n_error, f
   return closing > 0.0 ? max(distance_m - 0.5 * approach.tolerance_m, 0.0) / closing : nowhere;
 }
 
-// The number of a part of a tree: node << 3 | child for a child of a node, whole_surface for the whole tree.
+// A subtree has a number: node << 3 | child for a child of a node, whole_surface for the whole tree.
 const uint whole_surface = 0xFFFFFFFFu;
-struct TreePart {
+struct Subtree {
   uint reference;
   vec3 lo;  // entity frame, unscaled
   vec3 hi;
 };
 
-TreePart part_at(uint number, uint geometry) {
+Subtree subtree_at(uint number, uint geometry) {
   if (number == whole_surface) {
     const int base = int(geometry * geometry_texels);
     const vec3 center = uintBitsToFloat(texelFetch(geometries, base).xyz);
     const vec3 half_extent = uintBitsToFloat(texelFetch(geometries, base + 1).xyz);
-    return TreePart(root_of(geometry), center - half_extent, center + half_extent);
+    return Subtree(root_of(geometry), center - half_extent, center + half_extent);
   }
   const WideNode wide = fetch_wide_node(nodes, number >> 3);
   const uint k = number & 7u;
-  return TreePart(child_reference(wide, k), child_lo(wide, k), child_hi(wide, k));
+  return Subtree(child_reference(wide, k), child_lo(wide, k), child_hi(wide, k));
 }
 
 struct PosedBox {
@@ -91,24 +91,25 @@ Triangle moved(Triangle t, vec3 by) { return Triangle(t.a + by, t.b + by, t.c + 
 // The search of a step. The time is 0 once triangles were found that are within the tolerance; then the
 // nearest ones are searched.
 ApproachSearch search;
-uint waiting_first[max_waiting_parts];  // numbers of parts
-uint waiting_second[max_waiting_parts];
-float waiting_after_s[max_waiting_parts];
-const uint waiting_limit = max_waiting_parts - 8u;  // a visit adds at most 8
+uint pending_first[max_subtree_pairs];  // numbers of subtrees
+uint pending_second[max_subtree_pairs];
+float pending_after_s[max_subtree_pairs];
+const uint pending_limit = max_subtree_pairs - 8u;  // a visit adds at most 8
 
 void begin_search(float within_s) {
-  search.waiting = 1u;
+  search.pending = 1u;
   search.visits = 0u;
   // Later times are of no interest.
-  search.after_s = max(1.01 / time_part * within_s, 1e-9);
+  search.after_s = max(1.01 / time_fraction * within_s, 1e-9);
   search.square = nowhere;
-  waiting_first[0] = whole_surface;
-  waiting_second[0] = whole_surface;
-  waiting_after_s[0] = 0.0;
+  pending_first[0] = whole_surface;
+  pending_second[0] = whole_surface;
+  pending_after_s[0] = 0.0;
 }
 
 bool is_in_reach(float after_s) {
-  return search.after_s > 0.0 ? after_s < time_part * search.after_s : after_s == 0.0 && search.square > 0.0;
+  return search.after_s > 0.0 ? after_s < time_fraction * search.after_s
+                              : after_s == 0.0 && search.square > 0.0;
 }
 
 // The least time in which the contents of two boxes meet: 0 for boxes within the tolerance, so that all
@@ -117,12 +118,12 @@ float time_of_boxes(Approach approach, PosedBox a, PosedBox b) {
   const vec3 between = a.center - b.center;
   const vec3 apart = max(abs(between) - a.half_extent - b.half_extent, vec3(0.0));
   const float distance_m = max(length(apart) - approach.rounding_m, 0.0);
-  if (distance_m * distance_m >= distance_part * distance_part * search.square) return nowhere;
+  if (distance_m * distance_m >= distance_fraction * distance_fraction * search.square) return nowhere;
   if (distance_m <= approach.tolerance_m) return 0.0;
   return time_to_meet(approach, distance_m, normalize(apart) * sign(between), 0.0, a.reach, b.reach);
 }
 
-// Adds the pairs of each child of one part with the other part; the next one to visit last.
+// Adds the pairs of each child of one subtree with the other subtree; the next one to visit last.
 void expand(Approach approach, PosedSurface surface, uint node, PosedBox other, uint other_number,
             bool is_first) {
   const WideNode wide = fetch_wide_node(nodes, node);
@@ -138,18 +139,18 @@ void expand(Approach approach, PosedSurface surface, uint node, PosedBox other, 
     const bool is_sooner = adds && after_s < next_s;
     // The sooner one becomes the next, and the other one is added.
     const uint added = is_sooner ? next : number;
-    waiting_first[search.waiting] = is_first ? added : other_number;
-    waiting_second[search.waiting] = is_first ? other_number : added;
-    waiting_after_s[search.waiting] = is_sooner ? next_s : after_s;
-    search.waiting += (is_sooner ? next_s < nowhere : adds) ? 1u : 0u;
+    pending_first[search.pending] = is_first ? added : other_number;
+    pending_second[search.pending] = is_first ? other_number : added;
+    pending_after_s[search.pending] = is_sooner ? next_s : after_s;
+    search.pending += (is_sooner ? next_s < nowhere : adds) ? 1u : 0u;
     next = is_sooner ? number : next;
     next_s = is_sooner ? after_s : next_s;
   }
   if (next_s < nowhere) {
-    waiting_first[search.waiting] = is_first ? next : other_number;
-    waiting_second[search.waiting] = is_first ? other_number : next;
-    waiting_after_s[search.waiting] = next_s;
-    ++search.waiting;
+    pending_first[search.pending] = is_first ? next : other_number;
+    pending_second[search.pending] = is_first ? other_number : next;
+    pending_after_s[search.pending] = next_s;
+    ++search.pending;
   }
 }
 
@@ -179,27 +180,27 @@ void visit_triangles(Approach approach, uint first_slot, uint second_slot) {
 
 uint count_of(uint leaf) { return (leaf >> ref_triangle_count_shift & 0xFu) + 1u; }
 
-// Visits the next pair of parts that is in reach. Returns the number of visits of parts and triangles; 0:
-// none is in reach, and the search ends.
+// Visits the next pair of subtrees that is in reach. Returns the number of visits of subtrees and triangles;
+// 0: none is in reach, and the search ends.
 uint visit_next(Approach approach) {
   uint first = 0u;
   uint second = 0u;
   bool is_found = false;
   do {
     ++rounds;
-    if (!is_found && search.waiting > 0u) {
-      --search.waiting;
-      is_found = is_in_reach(waiting_after_s[search.waiting]);
-      first = waiting_first[search.waiting];
-      second = waiting_second[search.waiting];
+    if (!is_found && search.pending > 0u) {
+      --search.pending;
+      is_found = is_in_reach(pending_after_s[search.pending]);
+      first = pending_first[search.pending];
+      second = pending_second[search.pending];
     }
-  } while (!is_found && search.waiting > 0u);
+  } while (!is_found && search.pending > 0u);
   if (!is_found) return 0u;
-  const TreePart a = part_at(first, approach.first.geometry);
-  const TreePart b = part_at(second, approach.second.geometry);
+  const Subtree a = subtree_at(first, approach.first.geometry);
+  const Subtree b = subtree_at(second, approach.second.geometry);
   const PosedBox box_a = posed_box(approach.first, a.lo, a.hi);
   const PosedBox box_b = posed_box(approach.second, b.lo, b.hi);
-  // A nearer pair of triangles may have been found since the parts were added.
+  // A nearer pair of triangles may have been found since the pair was added.
   if (!is_in_reach(time_of_boxes(approach, box_a, box_b))) return 1u;
   const bool a_is_larger =
       dot(box_a.half_extent, box_a.half_extent) >= dot(box_b.half_extent, box_b.half_extent);
