@@ -181,7 +181,7 @@ RTSTDB_CONSTANT(image_albedo_side, 32)
   F(uint, lobe) /* image_lobe.comp, image_gather.comp; this and the next */                      \
   F(uint, ray)                                                                                   \
   F(uint, lobe_rays) /* 0: no lobe is searched */                                                \
-  F(uint, emitter_points) /* image_light.comp: zones of each surface that emits light */
+  F(uint, zones_per_emitter) /* image_light.comp */
 RTSTDB_STRUCT(ImageArgs)
 
 #endif

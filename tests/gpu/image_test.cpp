@@ -246,7 +246,7 @@ TEST_F(ImageTest, RefusesBadOptionsWithValueAndLimit) {
   bad = good;
   bad.emitter_points = 257;
   EXPECT_EQ(refusal(bad),
-            "image query 'camera' asks for a number of points of an emitting entity of 257; 1 to 256 are "
+            "image query 'camera' asks for a number of zones of an emitting entity of 257; 1 to 256 are "
             "possible");
   bad = good;
   bad.lobe_rays = 0;

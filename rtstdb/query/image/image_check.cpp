@@ -119,7 +119,7 @@ Result<void> check_image_options(const ImageQueryOptions& options) {
     return outside(options, "a number of bounces of", options.bounces,
                    "0 to " + std::to_string(max_image_bounces));
   if (options.emitter_points == 0 || options.emitter_points > max_emitter_points)
-    return outside(options, "a number of points of an emitting entity of", options.emitter_points,
+    return outside(options, "a number of zones of an emitting entity of", options.emitter_points,
                    up_to(max_emitter_points));
   if (options.lobe_rays == 0 || options.lobe_rays > max_lobe_rays)
     return outside(options, "a number of rays into a lobe of", options.lobe_rays, up_to(max_lobe_rays));

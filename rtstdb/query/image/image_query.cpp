@@ -456,7 +456,7 @@ shared::ImageArgs GpuImageQuery::args_of(const BatchPart& part, const Recording&
           .lobe = now_.lobe,
           .ray = now_.ray,
           .lobe_rays = stages_.has_lobes() ? options_.lobe_rays : 0,
-          .emitter_points = options_.emitter_points};
+          .zones_per_emitter = zones_per_emitter()};
 }
 
 void GpuImageQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {

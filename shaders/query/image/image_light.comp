@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "common/prelude.glsl"
 // Real-time mode: the light of one of the lights without shadow maps at the surface that each path has met,
-// and its shadow ray: of the middle of a lamp or a sun, or of one of args.emitter_points zones of a surface.
+// and its shadow ray: of the middle of a lamp or a sun, or of one of args.zones_per_emitter zones of a surface.
 // The light of the one before is added if its shadow ray met nothing.
 #include "query/image/path_vertex.glsl"
 
@@ -11,12 +11,12 @@ layout(set = 0, binding = 17, scalar) readonly buffer ZonePointsBuffer { Emitter
 #include "query/image/emitter_zone.glsl"
 
 vec3 light_of_surface(uint place, PathRecord path, PathVertex vertex, uint mask, uint index) {
-  const LightRecord light = lights[args.emitters_from + index / args.emitter_points];
+  const LightRecord light = lights[args.emitters_from + index / args.zones_per_emitter];
   const Instance i = instance_of_entity(light.entity, vertex.at);
   const vec4 q = orientation_of(i, vertex.at.t_ns);
   const vec4 to_entity = conjugate(q);
   const vec3 luminance = (light.mask & mask) == 0u ? vec3(0.0) : light.color;
-  const ZoneLight found = light_of_zone(light.first_zone + index % args.emitter_points,
+  const ZoneLight found = light_of_zone(light.first_zone + index % args.zones_per_emitter,
                                         rotate(to_entity, vertex.point - position_of(i, vertex.at.t_ns)),
                                         rotate(to_entity, vertex.surface.n), luminance);
   const vec3 share =
