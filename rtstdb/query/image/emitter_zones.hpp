@@ -1,6 +1,6 @@
 #pragma once
 // Divides the surface of a body that emits light into zones, from each of which real-time mode takes light
-// with one shadow ray (shaders/query/image/emitter_zone.glsl).
+// with one shadow ray (shaders/query/image/image_light.comp).
 //
 // A body with at most as many flat sides as zones has each side in zones of its own. Otherwise sides
 // whose normals and positions are near each other share zones. The division depends on the surface, not on
