@@ -1,4 +1,8 @@
-#include "rtstdb/oracle/convexity.hpp"
+// Whether a mesh is convex, by supports along directions: no hull is built.
+//
+// The depth of a point below the surface of the hull of some corners is the least value, over all unit
+// directions, of the hull's support along the direction minus the point's coordinate. It is attained at the
+// normal of a face of the hull, hence at the normal of a plane through three corners.
 
 #include <glm/common.hpp>
 #include <glm/ext/vector_double2.hpp>
@@ -17,10 +21,15 @@
 #include <rtstdb/limits.hpp>
 
 #include "rtstdb/geometry/ulp.hpp"
+#include "rtstdb/oracle/mesh_tree.hpp"
 #include "rtstdb/oracle/oracle.hpp"
 
 namespace rtstdb::oracle {
 namespace {
+
+/// Meshes of up to this number of corners are decided with the planes through any three corners. Of a larger
+/// one, a triangle counts as near the surface only if it is so along the normal of a triangle of the mesh.
+constexpr std::size_t max_exact_corners = 24;
 
 using Triangle = std::array<glm::dvec3, 3>;
 
@@ -222,12 +231,12 @@ class ConvexityTest {
 
 }  // namespace
 
-bool is_convex_surface(const MeshTree& mesh) {
-  return mesh.closed() && ConvexityTest(mesh).passes(mesh);
+bool MeshTree::is_convex_surface() const {
+  return closed_ && ConvexityTest(*this).passes(*this);
 }
 
 bool is_convex(const TriangleMesh& mesh) {
-  return is_convex_surface(MeshTree(mesh));
+  return MeshTree(mesh).convex();
 }
 
 }  // namespace rtstdb::oracle

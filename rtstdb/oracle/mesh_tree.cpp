@@ -6,8 +6,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "rtstdb/oracle/convexity.hpp"
-
 namespace rtstdb::oracle {
 namespace {
 
@@ -70,7 +68,7 @@ MeshTree::MeshTree(const TriangleMesh& mesh)
     six_volumes += glm::dot(a - origin, glm::cross(b - origin, c - origin));
   }
   inside_out_ = closed_ && six_volumes < 0.0;
-  convex_ = is_convex_surface(*this);
+  convex_ = is_convex_surface();
 }
 
 std::array<glm::dvec3, 3> MeshTree::corners(std::uint32_t triangle) const noexcept {

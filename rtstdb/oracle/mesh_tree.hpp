@@ -63,6 +63,9 @@ class MeshTree {
 
   void build(std::uint32_t node, std::uint32_t first, std::uint32_t count,
              const std::vector<glm::dvec3>& centers);
+  /// Whether every point of the closed surface is within the tolerance (convex_tolerance, hull_tolerance_ulp)
+  /// of the surface of the hull of its corners, and the surface covers that of the hull (convexity.cpp).
+  bool is_convex_surface() const;
   static bool meets(const Node& node, const LocalRay& ray, const glm::dvec3& grow) noexcept;
   static double distance(const Node& node, const glm::dvec3& point, const glm::dvec3& scale) noexcept;
 

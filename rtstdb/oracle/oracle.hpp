@@ -195,8 +195,8 @@ std::vector<BeamFraction> beam_fractions(const World& world, const Cone& cone, F
 
 // ---- contact
 
-/// Whether the mesh is closed (MeshTree::closed) and convex as GeometryInfo::convex defines it for meshes:
-/// see is_convex_surface (convexity.hpp).
+/// Whether the mesh is closed (MeshTree::closed) and convex as GeometryInfo::convex defines it for meshes
+/// (MeshTree::convex).
 bool is_convex(const TriangleMesh& mesh);
 
 /// Distance or depth of two bodies, in double precision, relative to the origin of the first entity.
