@@ -60,8 +60,8 @@ std::size_t next_size(std::size_t points, SteadyClock::duration took, Nanosecond
       static_cast<double>(part.count()) /
       static_cast<double>(std::max<SteadyClock::duration::rep>(Nanoseconds(took).count(), 1));
   // Searches differ in length: sizes grow slowly and shrink at once.
-  const double wanted = static_cast<double>(points) * std::min(ratio, 1.5);
-  return std::clamp(static_cast<std::size_t>(wanted), min_points,
+  const double next_points = static_cast<double>(points) * std::min(ratio, 1.5);
+  return std::clamp(static_cast<std::size_t>(next_points), min_points,
                     std::size_t{accel::FieldSampler::max_points});
 }
 

@@ -47,14 +47,14 @@ Result<HullTriangles> checked_hull(std::span<const glm::vec3> points_m) {
 Result<TriangleMesh> make_hull(std::span<const glm::vec3> points_m) {
   auto hull = checked_hull(points_m);
   if (!hull) return Error{hull.error().code, "a hull of " + hull.error().message};
-  const HullTriangles& made = hull.value();
+  const HullTriangles& surface = hull.value();
   std::vector<std::uint32_t> number(points_m.size());
   TriangleMesh mesh;
-  for (const std::uint32_t corner : made.corners) {
+  for (const std::uint32_t corner : surface.corners) {
     number[corner] = static_cast<std::uint32_t>(mesh.positions_m.size());
     mesh.positions_m.push_back(points_m[corner]);
   }
-  for (const glm::uvec3& t : made.triangles)
+  for (const glm::uvec3& t : surface.triangles)
     mesh.triangles.emplace_back(number[t.x], number[t.y], number[t.z]);
   return mesh;
 }

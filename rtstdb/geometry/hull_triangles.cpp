@@ -272,20 +272,20 @@ class CoplanarMerger {
   HullTriangles merged() {
     beside_ = neighbors_of(triangles_);
     group();
-    HullTriangles made;
+    HullTriangles result;
     if (groups_.size() == triangles_.size()) {
-      made.triangles = std::move(triangles_);
-      made.planes = std::move(planes_);
+      result.triangles = std::move(triangles_);
+      result.planes = std::move(planes_);
     } else {
       find_corners();
       for (const std::vector<std::uint32_t>& group : groups_)
-        add_polygon(group, made);
+        add_polygon(group, result);
     }
-    for (const glm::uvec3& triangle : made.triangles)
-      made.corners.insert(made.corners.end(), {triangle.x, triangle.y, triangle.z});
-    std::ranges::sort(made.corners);
-    made.corners.erase(std::unique(made.corners.begin(), made.corners.end()), made.corners.end());
-    return made;
+    for (const glm::uvec3& triangle : result.triangles)
+      result.corners.insert(result.corners.end(), {triangle.x, triangle.y, triangle.z});
+    std::ranges::sort(result.corners);
+    result.corners.erase(std::unique(result.corners.begin(), result.corners.end()), result.corners.end());
+    return result;
   }
 
  private:
@@ -326,12 +326,12 @@ class CoplanarMerger {
     next_.assign(points_m_.size(), no_index);
   }
 
-  void add_polygon(const std::vector<std::uint32_t>& group, HullTriangles& made) {
+  void add_polygon(const std::vector<std::uint32_t>& group, HullTriangles& result) {
     if (group.size() == 1) {
       const glm::uvec3& t = triangles_[group[0]];
       if (plane_count_[t.x] > 2 && plane_count_[t.y] > 2 && plane_count_[t.z] > 2) {
-        made.triangles.push_back(t);
-        made.planes.push_back(planes_[group[0]]);
+        result.triangles.push_back(t);
+        result.planes.push_back(planes_[group[0]]);
         return;
       }
     }
@@ -348,8 +348,8 @@ class CoplanarMerger {
     for (std::uint32_t i = 0, corner = start; i < edges; ++i, corner = next_[corner])
       if (plane_count_[corner] > 2) loop.push_back(corner);
     for (std::size_t i = 2; i < loop.size(); ++i) {
-      made.triangles.emplace_back(loop[0], loop[i - 1], loop[i]);
-      made.planes.emplace_back(points_m_[loop[0]], points_m_[loop[i - 1]], points_m_[loop[i]]);
+      result.triangles.emplace_back(loop[0], loop[i - 1], loop[i]);
+      result.planes.emplace_back(points_m_[loop[0]], points_m_[loop[i - 1]], points_m_[loop[i]]);
     }
   }
 

@@ -11,7 +11,7 @@
 namespace rtstdb {
 namespace {
 
-/// A double with the rounding error of the operation that made it: their sum is exact.
+/// A double with the rounding error of the operation that computed it: their sum is exact.
 struct Exact {
   double value = 0.0, error = 0.0;
 };
@@ -95,10 +95,10 @@ Expansion<4 * n> product_of(const Expansion<n>& a, const Exact& b) noexcept {
 }
 
 Expansion<2> expansion_of(const Exact& a) noexcept {
-  Expansion<2> made;
-  made.add(a.error);
-  made.add(a.value);
-  return made;
+  Expansion<2> expansion;
+  expansion.add(a.error);
+  expansion.add(a.value);
+  return expansion;
 }
 
 using ExactVector = std::array<Exact, 3>;

@@ -209,12 +209,12 @@ ConvexHull recovered_solid_hull(const MeshView& mesh, const Solid& solid) {
 }
 
 TriangleMesh with_points_of_parts(const MeshView& mesh, const ConvexParts& parts) {
-  TriangleMesh made{.positions_m = {mesh.positions_m.begin(), mesh.positions_m.end()},
-                    .triangles = {mesh.triangles.begin(), mesh.triangles.end()}};
+  TriangleMesh result{.positions_m = {mesh.positions_m.begin(), mesh.positions_m.end()},
+                      .triangles = {mesh.triangles.begin(), mesh.triangles.end()}};
   const auto add_point = [&](const glm::vec3& p_m) {
-    const auto index = static_cast<std::uint32_t>(made.positions_m.size());
-    made.positions_m.push_back(p_m);
-    made.triangles.emplace_back(index);
+    const auto index = static_cast<std::uint32_t>(result.positions_m.size());
+    result.positions_m.push_back(p_m);
+    result.triangles.emplace_back(index);
   };
   for (const ConvexHull& hull : parts) {
     for (const glm::vec3& corner_m : hull.corners_m)
@@ -228,7 +228,7 @@ TriangleMesh with_points_of_parts(const MeshView& mesh, const ConvexParts& parts
         add_point(corner_m + 1.000001f * hull.round->radius_m * glm::normalize(across));
     }
   }
-  return made;
+  return result;
 }
 
 }  // namespace rtstdb

@@ -87,8 +87,8 @@ Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, co
   const Motion& of_second = second.state->row.motion;
   const glm::dvec3 from_first_m(point.p_first_m);
   const glm::dvec3 from_second_m = from_first_m + (first.pose.p_world_m - second.pose.p_world_m);
-  const glm::dvec3 wanted = of_first.v_world_mps + glm::cross(of_first.w_world_radps, from_first_m) -
-                            of_second.v_world_mps - glm::cross(of_second.w_world_radps, from_second_m);
+  const glm::dvec3 expected_mps = of_first.v_world_mps + glm::cross(of_first.w_world_radps, from_first_m) -
+                                  of_second.v_world_mps - glm::cross(of_second.w_world_radps, from_second_m);
   const double first_radps = glm::length(of_first.w_world_radps);
   const double second_radps = glm::length(of_second.w_world_radps);
   const double speeds_mps = glm::length(of_first.v_world_mps) + glm::length(of_second.v_world_mps) +
@@ -97,9 +97,9 @@ Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, co
   const double tolerance_mps =
       velocity_relative_tolerance * speeds_mps + (first_radps + second_radps) * precision_m;
   const glm::dvec3 v(point.v_relative_mps);
-  if (glm::distance(v, wanted) <= tolerance_mps) return {};
+  if (glm::distance(v, expected_mps) <= tolerance_mps) return {};
   return judged(Verdict::differs, "relative velocity (%.9g, %.9g, %.9g) instead of (%.9g, %.9g, %.9g)", v.x,
-                v.y, v.z, wanted.x, wanted.y, wanted.z);
+                v.y, v.z, expected_mps.x, expected_mps.y, expected_mps.z);
 }
 
 namespace {

@@ -97,12 +97,12 @@ void MeshTree::build(std::uint32_t node, std::uint32_t first, std::uint32_t coun
   std::nth_element(begin, begin + half, begin + count, [&](std::uint32_t a, std::uint32_t b) {
     return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
   });
-  const auto left = static_cast<std::uint32_t>(nodes_.size());
+  const auto left_child = static_cast<std::uint32_t>(nodes_.size());
   nodes_.resize(nodes_.size() + 2);
-  nodes_[node].first = left;
+  nodes_[node].first = left_child;
   nodes_[node].count = 0;
-  build(left, first, half, centers);
-  build(left + 1, first + half, count - half, centers);
+  build(left_child, first, half, centers);
+  build(left_child + 1, first + half, count - half, centers);
 }
 
 bool MeshTree::has_corner_beyond(const glm::dvec3& point, const glm::dvec3& normal, double limit) const {

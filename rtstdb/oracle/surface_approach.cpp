@@ -52,8 +52,8 @@ double beyond_plane_m(const SurfaceTriangle& triangle, const SurfaceTriangle& of
   std::array<double, 3> heights_m{};
   for (std::size_t i = 0; i < 3; ++i)
     heights_m[i] = glm::dot(triangle[i] - of_plane[0], normal) / length;
-  const auto [least, most] = std::ranges::minmax(heights_m);
-  return std::max({least, -most, 0.0});
+  const auto [min_m, max_m] = std::ranges::minmax(heights_m);
+  return std::max({min_m, -max_m, 0.0});
 }
 
 class ApproachSearch {

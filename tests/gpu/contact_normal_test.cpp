@@ -61,9 +61,9 @@ class SolidNormals : public DatabaseTest {
     DatabaseTest::SetUp();
     open({.max_entities = 8192});
     Random random(40);
-    const auto solid = [&](const TriangleMesh& mesh, const Solid& made) {
+    const auto solid = [&](const TriangleMesh& mesh, const Solid& form) {
       GeometryOptions options;
-      options.solid = made;
+      options.solid = form;
       const auto added = database().add_geometry(mesh, "solid", options);
       EXPECT_TRUE(added.ok()) << (added.ok() ? "" : added.error().message);
       return added.value();
@@ -117,17 +117,17 @@ class SolidNormals : public DatabaseTest {
       std::vector<TouchCase> cases;
       std::vector<EntityRow> rows;
       for (std::uint32_t i = 0; i < count; ++i) {
-        TouchCase made = make(random);
+        TouchCase touch = make(random);
         const glm::dquat q = random.one_in(2) ? random.orientation() : glm::dquat(1.0, 0.0, 0.0, 0.0);
         const glm::dvec3 by_m = random.one_in(4) ? glm::dvec3(8e4, -8e4, 8e4) : glm::dvec3(0.0);
-        for (EntityRow* row : {&made.first, &made.second}) {
+        for (EntityRow* row : {&touch.first, &touch.second}) {
           row->motion.p_world_m = by_m + q * row->motion.p_world_m;
           row->motion.q_world = q * row->motion.q_world;
         }
-        made.n = q * made.n;
-        made.on_first_m = by_m + q * made.on_first_m;
-        cases.push_back(made);
-        rows.insert(rows.end(), {made.first, made.second});
+        touch.n = q * touch.n;
+        touch.on_first_m = by_m + q * touch.on_first_m;
+        cases.push_back(touch);
+        rows.insert(rows.end(), {touch.first, touch.second});
       }
       const std::vector<EntityId> entities = create(rows);
       const auto query = prepare(ContactQueryOptions{

@@ -195,11 +195,11 @@ TEST_F(DeviceFields, HaveTheWantedErrorAndTheRightSigns) {
     const oracle::MeshDistance distance(mesh);
     const field::StoredField field = build(add(mesh), mesh, {});
     if (HasFailure()) return;
-    const double wanted_m = diagonal_m(mesh) / 500.0;
-    EXPECT_LE(field.report.error_p99_m, wanted_m);
+    const double limit_m = diagonal_m(mesh) / 500.0;
+    EXPECT_LE(field.report.error_p99_m, limit_m);
     const Quantiles found = compare(field, distance, mesh, random_, 2000, true);
-    EXPECT_LE(found.p50_m, 0.3 * wanted_m);
-    EXPECT_LE(found.p99_m, 1.6 * wanted_m);  // fewer and other points than those of the report
+    EXPECT_LE(found.p50_m, 0.3 * limit_m);
+    EXPECT_LE(found.p99_m, 1.6 * limit_m);  // fewer and other points than those of the report
     EXPECT_LE(found.max_m, 0.6 * field.report.cell_m);
     EXPECT_EQ(found.wrong_signs, 0u);
     EXPECT_EQ(field.is_signed, is_closed(mesh));

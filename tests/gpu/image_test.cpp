@@ -155,8 +155,8 @@ TEST_F(ImageTest, ARollingShutterShearsAMovingBox) {
     std::uint32_t first = 0;
     while (first < width && !image.entities[std::size_t{r} * width + first].valid())
       ++first;
-    const double left_m = 2.5 - speed_mps * row_s * r;  // of the box, to the left
-    EXPECT_NEAR(first, width / 2.0 - left_m * pixels_per_m, 1.0) << r;
+    const double offset_m = 2.5 - speed_mps * row_s * r;  // of the box, to the left
+    EXPECT_NEAR(first, width / 2.0 - offset_m * pixels_per_m, 1.0) << r;
   }
 }
 

@@ -221,9 +221,9 @@ TEST_F(ImpactTest, BadInputIsRefused) {
   EXPECT_NE(refusal({.first = first, .tolerance_m = 0.0f}).find("tolerance_m is 0"), std::string::npos);
   EXPECT_NE(refusal({.first = first, .second = first}).find("meet itself"), std::string::npos);
   EXPECT_NE(refusal({}).find("does not exist"), std::string::npos);
-  const auto made = database().prepare(ImpactQueryOptions{.name = "impacts", .capacity = 0});
-  ASSERT_FALSE(made.ok());
-  EXPECT_NE(made.error().message.find("0 searches"), std::string::npos);
+  const auto prepared = database().prepare(ImpactQueryOptions{.name = "impacts", .capacity = 0});
+  ASSERT_FALSE(prepared.ok());
+  EXPECT_NE(prepared.error().message.find("0 searches"), std::string::npos);
 }
 
 /// A gear that turns fast beside another body, near it all the time, needs a step for each millionth of a

@@ -171,10 +171,10 @@ class PatchedWorlds : public DatabaseTest, public testing::WithParamInterface<Ti
   }
   std::vector<Ray> rays(std::size_t count) {
     const auto entities = database().snapshot({}).value();
-    std::vector<Ray> made(count);
-    for (Ray& ray : made)
+    std::vector<Ray> rays(count);
+    for (Ray& ray : rays)
       ray = random_ray(random_, entities, options_, options_.version_time, 0.02);
-    return made;
+    return rays;
   }
 
   Random random_{7};

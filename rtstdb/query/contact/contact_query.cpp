@@ -43,9 +43,9 @@ constexpr std::array kernels{gpu::ShaderId::contact_candidates,
 Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const ContactQueryOptions& options) {
   if (auto checked = check_contact_options(options); !checked) return checked.error();
   auto query = std::make_unique<GpuContactQuery>(options);
-  GpuContactQuery& made = *query;
+  GpuContactQuery& gpu_query = *query;
   auto moved = on_device(std::move(query), device);
-  if (moved) made.allocate_host_memory();
+  if (moved) gpu_query.allocate_host_memory();
   return moved;
 }
 
@@ -83,8 +83,8 @@ DeviceNeeds GpuContactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   }
   const std::size_t bodies = options_.max_bodies;
   const std::size_t pairs = max_candidates_;
-  const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory) {
-    needs.buffers.push_back({&made, {.name = options_.name + what, .size_bytes = bytes, .memory = memory}});
+  const auto buffer = [&](gpu::Buffer& target, const char* what, std::size_t bytes, gpu::Memory memory) {
+    needs.buffers.push_back({&target, {.name = options_.name + what, .size_bytes = bytes, .memory = memory}});
   };
   buffer(bodies_buffer_, " bodies", bodies * sizeof(shared::RegionRecord), gpu::Memory::upload);
   buffer(counts_, " counts", bodies * sizeof(shared::RegionCount), gpu::Memory::readback);
@@ -418,14 +418,15 @@ void GpuContactQuery::dispatch_pairs(const BatchPart& part, const Recording& rec
 void GpuContactQuery::unpack(const BatchPart& part, const accel::TlasView& /*view*/) noexcept {
   for (std::uint32_t i = part.range.first; i < part.range.end; ++i) {
     const std::uint32_t place = place_at(part, i);
-    const bool left = is_incomplete(place);
-    if (left && !part.is_retry) note_incomplete(place);
+    const bool incomplete = is_incomplete(place);
+    if (incomplete && !part.is_retry) note_incomplete(place);
     if (part.stage == surface_feet && (place + 1 == places() || part.is_retry))
       write_surface_points(!part.is_retry);
     if (part.stage != points) continue;
     Touching& touching = touching_pairs_[place];
-    if (left && part.is_retry) answers_[slots().written()].of_searches[search_of(touching)].incomplete = true;
-    touching.is_done = !left;
+    if (incomplete && part.is_retry)
+      answers_[slots().written()].of_searches[search_of(touching)].incomplete = true;
+    touching.is_done = !incomplete;
     // Once for each pair: with the last of its pairs of parts, or again after a retry.
     const bool is_last = place + 1 == touching_ranges_[touching.answered].end;
     if (is_last || part.is_retry) choose_points(touching.answered);

@@ -66,8 +66,8 @@ void SurfacePairs::reserve() {
 }
 
 void SurfacePairs::add_buffers(const std::string& name, DeviceNeeds& needs) {
-  const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory) {
-    needs.buffers.push_back({&made, {.name = name + what, .size_bytes = bytes, .memory = memory}});
+  const auto buffer = [&](gpu::Buffer& target, const char* what, std::size_t bytes, gpu::Memory memory) {
+    needs.buffers.push_back({&target, {.name = name + what, .size_bytes = bytes, .memory = memory}});
   };
   const std::size_t pairs = max_pairs_;
   const std::size_t triangles = max_triangles_;

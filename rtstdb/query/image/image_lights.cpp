@@ -214,9 +214,9 @@ const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWo
 
 // ---- zones
 
-bool ImageLights::use_zone_set(shared::LightRecord& light, const ZoneSet& wanted) noexcept {
+bool ImageLights::use_zone_set(shared::LightRecord& light, const ZoneSet& key) noexcept {
   const auto found = std::ranges::find_if(zone_sets_, [&](const ZoneSet& set) {
-    return set.geometry == wanted.geometry && set.scale == wanted.scale && set.version == wanted.version;
+    return set.geometry == key.geometry && set.scale == key.scale && set.version == key.version;
   });
   if (found == zone_sets_.end()) return false;
   found->is_used = true;

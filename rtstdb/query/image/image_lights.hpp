@@ -88,7 +88,7 @@ class ImageLights {
     bool is_used = false;  // by the version that was collected last
   };
   void assign_zones(const BatchWorld& world, const Buffers& buffers) noexcept;
-  bool use_zone_set(shared::LightRecord& light, const ZoneSet& wanted) noexcept;
+  bool use_zone_set(shared::LightRecord& light, const ZoneSet& key) noexcept;
 
   std::span<const FixedLight> fixed_;
   bool known_ = false;

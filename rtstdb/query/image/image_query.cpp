@@ -101,9 +101,9 @@ DeviceNeeds GpuImageQuery::device_needs(const gpu::DeviceLimits& limits) {
   closest_.add_needs(needs, options_.name, limits);
   any_.add_needs(needs, options_.name + " shadow", limits);
   const std::size_t pixels = stages_.group_pixels();
-  const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory,
+  const auto buffer = [&](gpu::Buffer& target, const char* what, std::size_t bytes, gpu::Memory memory,
                           bool texels = false, bool addressed = false) {
-    needs.buffers.push_back({&made,
+    needs.buffers.push_back({&target,
                              {.name = options_.name + what,
                               .size_bytes = bytes,
                               .memory = memory,
@@ -202,8 +202,8 @@ Result<void> GpuImageQuery::create_more(gpu::Device& device) {
   const bool is_drawn = options_.first_hits == FirstHits::rasterised &&
                         (stages_.has_center() || has_maps()) && limits().max_raster_side > 0;
   if (!is_drawn) return {};
-  auto made = raster_.create(device, options_.name, options_.width, options_.height, options_.capacity);
-  return made && has_maps() ? maps_.create(device, options_) : made;
+  auto result = raster_.create(device, options_.name, options_.width, options_.height, options_.capacity);
+  return result && has_maps() ? maps_.create(device, options_) : result;
 }
 
 Result<void> GpuImageQuery::bind_more(gpu::Device& device, const accel::GeometryPool& pool,
@@ -367,8 +367,9 @@ void GpuImageQuery::record(const BatchPart& part, const Recording& recording) no
   if (searches() && (part.is_retry || !is_drawn_stage())) {
     const gpu::Buffer& hits = now_.step == Step::shadow ? shadow_hits_ : hits_;
     const RayPass pass{.hits = hits.address(), .coherent = is_coherent()};
-    const RaySearch::Dispatch made = search().dispatch(part, retry_places(), pass, recording, limits());
-    return dispatch(kernel(made.kernel), recording, made.layout, made.args);
+    const RaySearch::Dispatch search_dispatch =
+        search().dispatch(part, retry_places(), pass, recording, limits());
+    return dispatch(kernel(search_dispatch.kernel), recording, search_dispatch.layout, search_dispatch.args);
   }
   if (now_.step == Step::keep || now_.step == Step::restore) return copy_hits(part.range, recording);
   const shared::ImageArgs args = args_of(part, recording);

@@ -72,9 +72,9 @@ shared::AdvanceRecord advance_record(const EntityRow& first, const EntityRow& se
 Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const ImpactQueryOptions& options) {
   if (auto checked = check_impact_options(options); !checked) return checked.error();
   auto query = std::make_unique<GpuImpactQuery>(options);
-  GpuImpactQuery& made = *query;
+  GpuImpactQuery& gpu_query = *query;
   auto moved = on_device(std::move(query), device);
-  if (moved) made.allocate_host_memory();
+  if (moved) gpu_query.allocate_host_memory();
   return moved;
 }
 
@@ -102,8 +102,8 @@ DeviceNeeds GpuImpactQuery::device_needs(const gpu::DeviceLimits& /*limits*/) {
   const std::size_t searches = options_.capacity;
   const std::size_t pairs = max_pairs();  // of parts
   const std::size_t slots = surface_slots();
-  const auto buffer = [&](gpu::Buffer& made, const char* what, std::size_t bytes, gpu::Memory memory) {
-    needs.buffers.push_back({&made, {.name = options_.name + what, .size_bytes = bytes, .memory = memory}});
+  const auto buffer = [&](gpu::Buffer& target, const char* what, std::size_t bytes, gpu::Memory memory) {
+    needs.buffers.push_back({&target, {.name = options_.name + what, .size_bytes = bytes, .memory = memory}});
   };
   buffer(sweeps_buffer_, " searches", searches * sizeof(shared::SweepRecord), gpu::Memory::upload);
   buffer(counts_, " counts", searches * sizeof(shared::RegionCount), gpu::Memory::readback);

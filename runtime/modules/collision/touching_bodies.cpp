@@ -16,13 +16,13 @@ bool touches(const rtstdb::ContactPair& pair) noexcept {
 
 rtstdb::Result<std::unique_ptr<TouchingBodies>> TouchingBodies::prepare(
     rtstdb::Database& database, const TouchingBodiesOptions& options) {
-  std::unique_ptr<TouchingBodies> made(new TouchingBodies(options));
+  std::unique_ptr<TouchingBodies> bodies(new TouchingBodies(options));
   if (!options.by_bodies) {
     auto query = database.prepare(
         rtstdb::OverlapQueryOptions{.name = options.name, .capacity = 1, .ids_per_entity = options.max_hits});
     if (!query) return query.error();
-    made->bounds_ = std::move(query).value();
-    return made;
+    bodies->bounds_ = std::move(query).value();
+    return bodies;
   }
   auto contacts = database.prepare(rtstdb::ContactQueryOptions{.name = options.name,
                                                                .capacity = 1,
@@ -30,13 +30,13 @@ rtstdb::Result<std::unique_ptr<TouchingBodies>> TouchingBodies::prepare(
                                                                .max_candidates = max_part_pairs,
                                                                .max_bodies = 1});
   if (!contacts) return contacts.error();
-  made->contacts_ = std::move(contacts).value();
-  if (options.impact_window.count() == 0) return made;
+  bodies->contacts_ = std::move(contacts).value();
+  if (options.impact_window.count() == 0) return bodies;
   auto impacts = database.prepare(rtstdb::ImpactQueryOptions{
       .name = options.name + " impacts", .capacity = 1, .candidates_per_search = max_impact_candidates});
   if (!impacts) return impacts.error();
-  made->impacts_ = std::move(impacts).value();
-  return made;
+  bodies->impacts_ = std::move(impacts).value();
+  return bodies;
 }
 
 void TouchingBodies::add_to(rtstdb::Transaction& transaction, rtstdb::WorldTime t) noexcept {

@@ -312,21 +312,21 @@ void main() {
   const uint deep = deepest(tie);
   if (candidates > 0u && candidate[deep].w >= depth - 2.0LF * tie) found.point_0 = vec4(candidate[deep]);
   const real least = slack * slack;
-  real square, left, right;
+  real square, left_area, right_area;
   const uint far = farthest_from(found.point_0.xyz, square);
   if (candidates > 0u && square > least) {
     const real3 a = found.point_0.xyz;
     const real3 b = candidate[far].xyz;
     found.point_1 = vec4(candidate[far]);
     found.count = 2u;
-    const uint on_left = widest_on_side(a, b, n, left);
-    const uint on_right = widest_on_side(a, b, -n, right);
+    const uint on_left = widest_on_side(a, b, n, left_area);
+    const uint on_right = widest_on_side(a, b, -n, right_area);
     const real min_area = slack * sqrt(square);
-    if (left > min_area) {
+    if (left_area > min_area) {
       found.point_2 = vec4(candidate[on_left]);
       ++found.count;
     }
-    if (right > min_area) {
+    if (right_area > min_area) {
       if (found.count == 3u)
         found.point_3 = vec4(candidate[on_right]);
       else

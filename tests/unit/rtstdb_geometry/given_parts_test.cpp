@@ -28,9 +28,11 @@ struct Halves {
   ConvexPartPoints parts_m{box_corners({-0.5f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f}),
                            box_corners({0.5f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f})};
 
-  Result<ConvexParts> made() const { return given_convex_parts({mesh.positions_m, mesh.triangles}, parts_m); }
+  Result<ConvexParts> convex_parts() const {
+    return given_convex_parts({mesh.positions_m, mesh.triangles}, parts_m);
+  }
   void expect_refused(const std::string& text) const {
-    const auto result = made();
+    const auto result = convex_parts();
     ASSERT_FALSE(result.ok());
     EXPECT_EQ(result.error().code, ErrorCode::bad_input);
     EXPECT_NE(result.error().message.find(text), std::string::npos) << result.error().message;
@@ -38,7 +40,7 @@ struct Halves {
 };
 
 TEST(GivenParts, HaveHullsAndTrianglesOfTheMesh) {
-  const auto parts = Halves{}.made();
+  const auto parts = Halves{}.convex_parts();
   ASSERT_TRUE(parts) << parts.error().message;
   ASSERT_EQ(parts.value().size(), 2u);
   for (const ConvexHull& hull : parts.value()) {
@@ -154,9 +156,9 @@ TEST(GivenParts, APartThatFillsACavityIsRefused) {
   const std::vector<glm::vec3> arms[] = {box_corners({0.5f, 0.15f, 0.2f}, {1.0f, 0.3f, 0.4f}),
                                          box_corners({0.15f, 0.65f, 0.2f}, {0.3f, 0.7f, 0.4f})};
   angle.parts_m = {arms[0], arms[1]};
-  ASSERT_TRUE(angle.made()) << angle.made().error().message;
+  ASSERT_TRUE(angle.convex_parts()) << angle.convex_parts().error().message;
   angle.parts_m = {arms[0], box_corners({0.15f, 0.69f, 0.2f}, {0.3f, 0.62f, 0.4f})};
-  EXPECT_TRUE(angle.made()) << "a gap of 8 cm inside the body";
+  EXPECT_TRUE(angle.convex_parts()) << "a gap of 8 cm inside the body";
   angle.parts_m = {angle.mesh.positions_m};
   angle.expect_refused("convex part 0 has the point (");
   // Two equal parts do not hide each other.

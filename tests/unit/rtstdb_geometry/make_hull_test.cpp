@@ -250,20 +250,20 @@ TEST(MakeHull, IsExactForRandomSets) {
   for (int i = 0; i < 12'000; ++i) {
     const PointSet set = random_set(random, i % kinds);
     SCOPED_TRACE(set.name + ", set " + std::to_string(i) + " of seed " + std::to_string(seed));
-    const auto made = make_hull(set.points_m);
-    if (made) {
-      expect_hull(made.value(), set);
+    const auto result = make_hull(set.points_m);
+    if (result) {
+      expect_hull(result.value(), set);
       if (HasFatalFailure()) return;
       // The hull of the hull is the hull.
-      const auto again = make_hull(made.value().positions_m);
+      const auto again = make_hull(result.value().positions_m);
       ASSERT_TRUE(again);
-      ASSERT_EQ(again.value().positions_m, made.value().positions_m);
+      ASSERT_EQ(again.value().positions_m, result.value().positions_m);
     }
-    if (!made || set.points_m.size() <= 12) {
-      refused += made ? 0 : 1;
+    if (!result || set.points_m.size() <= 12) {
+      refused += result ? 0 : 1;
       const Thickness thickness = thickness_of(set.points_m);
-      ASSERT_TRUE(made ? thickness.width_m >= 0.99 * thickness.limit_m
-                       : thickness.width_m <= 1.01 * thickness.limit_m)
+      ASSERT_TRUE(result ? thickness.width_m >= 0.99 * thickness.limit_m
+                         : thickness.width_m <= 1.01 * thickness.limit_m)
           << thickness.width_m << " m of " << thickness.limit_m << " m";
     }
   }
@@ -321,11 +321,11 @@ TEST(MakeHull, OfTheTrianglesOfASphereHasItsCorners) {
 
 TEST(MakeHull, RefusesWithNumbers) {
   const auto refusal = [](const Points& points_m) {
-    const auto made = make_hull(points_m);
-    EXPECT_FALSE(made);
-    if (made) return std::string();
-    EXPECT_EQ(made.error().code, ErrorCode::bad_input);
-    return made.error().message;
+    const auto result = make_hull(points_m);
+    EXPECT_FALSE(result);
+    if (result) return std::string();
+    EXPECT_EQ(result.error().code, ErrorCode::bad_input);
+    return result.error().message;
   };
   EXPECT_EQ(refusal({}), "a hull of 0 points that span no volume; at least 4 are needed");
   EXPECT_EQ(refusal({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}),

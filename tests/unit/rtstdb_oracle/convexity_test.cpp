@@ -157,10 +157,10 @@ Case random_case(Random& random, int kind) {
       const Shape one = dented_box({2, 2, 1}, size(1e-7, 0.9));
       const double depth = 0.5 - one.corners.back().z;
       const double share = depth / (convex_tolerance * length_of_diagonal(one));
-      Case made{"dented box", one};
-      if (share < 0.6) made.convex = true;
-      if (share > 1.5) made.convex = false;
-      return made;
+      Case test_case{"dented box", one};
+      if (share < 0.6) test_case.convex = true;
+      if (share > 1.5) test_case.convex = false;
+      return test_case;
     }
     case 6:
       return {"twisted prism", regular_prism(sides, 1.0, size(2e-2, 0.5)), false};
@@ -213,18 +213,18 @@ TEST(Convexity, OfTheDatabaseIsThatOfTheOracleWhereverTheMeshIs) {
   Random random(seed);
   int convex = 0, undecided = 0;
   for (int i = 0; i < 12'000; ++i) {
-    const Case made = random_case(random, i % kinds);
-    SCOPED_TRACE(made.name + ", mesh " + std::to_string(i) + " of seed " + std::to_string(seed));
-    const Shape shape = random.uniform(0.0, 1.0) < 0.2 ? soup_of(random, made.shape) : made.shape;
+    const Case test_case = random_case(random, i % kinds);
+    SCOPED_TRACE(test_case.name + ", mesh " + std::to_string(i) + " of seed " + std::to_string(seed));
+    const Shape shape = random.uniform(0.0, 1.0) < 0.2 ? soup_of(random, test_case.shape) : test_case.shape;
     const double scale = random.magnitude(1e-3, 1e3);
     const double size = scale * length_of_diagonal(shape);
     // Rounding of coordinates moves a surface by less than 0.4 of the tolerance.
     const glm::dvec3 by = random.magnitude(1e-3, 8.0) * size * random.direction();
     const TriangleMesh mesh = placed(shape, scale, random.orientation(), by, random.uniform(0.0, 1.0) < 0.2);
     const bool of_database = convex_hull_of(mesh).has_value();
-    if (made.convex) {
-      ASSERT_EQ(of_database, *made.convex);
-      ASSERT_EQ(is_convex(mesh), *made.convex);
+    if (test_case.convex) {
+      ASSERT_EQ(of_database, *test_case.convex);
+      ASSERT_EQ(is_convex(mesh), *test_case.convex);
     } else if (of_database != is_convex(mesh)) {
       ++undecided;
     }
@@ -260,11 +260,11 @@ TEST(Convexity, HullsKeepTheirCorners) {
   Random random(seed);
   int hulls = 0;
   for (int i = 0; i < 6'000; ++i) {
-    const Case made = random_case(random, i % 3);
-    SCOPED_TRACE(made.name + ", mesh " + std::to_string(i) + " of seed " + std::to_string(seed));
+    const Case test_case = random_case(random, i % 3);
+    SCOPED_TRACE(test_case.name + ", mesh " + std::to_string(i) + " of seed " + std::to_string(seed));
     const double scale = random.magnitude(1e-2, 1e2);
     const glm::dvec3 by = random.magnitude(1e-3, 100.0) * scale * random.direction();
-    const TriangleMesh mesh = placed(made.shape, scale, random.orientation(), by, false);
+    const TriangleMesh mesh = placed(test_case.shape, scale, random.orientation(), by, false);
     const auto hull = convex_hull_of(mesh);
     ASSERT_TRUE(hull);
     const double allowed_m = hull_tolerance_ulp * ulp_m(mesh.positions_m);
@@ -303,7 +303,7 @@ TEST(Convexity, HullsKeepTheirCorners) {
       };
       const glm::dvec3 n(face.normal);
       // The normal has single precision.
-      const double slope_m = 3e-7 * scale * length_of_diagonal(made.shape);
+      const double slope_m = 3e-7 * scale * length_of_diagonal(test_case.shape);
       double low_m = 1e300, high_m = -1e300;
       for (std::uint32_t k = 0; k < face.corner_count; ++k) {
         low_m = std::min(low_m, glm::dot(n, corner(k) - corner(0)));
