@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "rtstdb/geometry/convex_parts.hpp"
+#include "tests/support/concave_meshes.hpp"
 #include "tests/support/hull_meshes.hpp"
 
 namespace rtstdb {
@@ -166,25 +167,11 @@ TEST(ConvexParts, AreNoneIfAPieceIsNotConvexOrIsAHole) {
   EXPECT_TRUE(convex_parts_of(many).empty()) << "more than max_convex_parts";
 }
 
-/// An L, whose notch a box of 0.2 m has room in.
-TriangleMesh l_prism() {
-  const glm::vec2 corners[] = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};
-  TriangleMesh mesh;
-  for (const float z : {0.0f, 1.0f})
-    for (const glm::vec2& p : corners)
-      mesh.positions_m.emplace_back(p, z);
-  for (std::uint32_t i = 0; i < 6; ++i) {
-    const std::uint32_t k = (i + 1) % 6;
-    mesh.triangles.insert(mesh.triangles.end(), {{i, k, k + 6}, {i, k + 6, i + 6}});
-    if (i > 0 && i < 5) mesh.triangles.insert(mesh.triangles.end(), {{6, i + 6, i + 7}, {0, i + 1, i}});
-  }
-  return mesh;
-}
-
 TEST(ConvexHull, AnLIsNotConvexWhereverItIs) {
   for (const float off_m : {0.0f, 1.0f, 60.0f, 1e3f, 1e4f, 9e4f})
-    EXPECT_FALSE(convex_hull_of(displaced(l_prism(), {off_m, 0.5f * off_m, 0.0f}))) << off_m;
-  EXPECT_FALSE(convex_hull_of(displaced(l_prism(), {60.0f, 0.0f, 0.0f})));
+    EXPECT_FALSE(convex_hull_of(displaced(test::make_l_shape(2.0, 1.0, 1.0), {off_m, 0.5f * off_m, 0.0f})))
+        << off_m;
+  EXPECT_FALSE(convex_hull_of(displaced(test::make_l_shape(2.0, 1.0, 1.0), {60.0f, 0.0f, 0.0f})));
 }
 
 /// All corners are on the hull, and the surface is not.
