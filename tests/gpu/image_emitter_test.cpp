@@ -8,11 +8,11 @@
 #include <cmath>
 #include <iostream>
 #include <numbers>
-#include <random>
 #include <vector>
 
 #include "rtstdb/query/image/emitter_zones.hpp"
 #include "tests/gpu/image_fixture.hpp"
+#include "tests/support/random.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -57,42 +57,21 @@ double illuminance(const std::vector<std::array<glm::dvec3, 3>>& body, const glm
 
 // ---- random bodies
 
-class RandomShapes {
- public:
-  explicit RandomShapes(std::uint32_t seed) : random_(seed) {}
-  double uniform(double lowest, double highest) {
-    return std::uniform_real_distribution<double>(lowest, highest)(random_);
-  }
-  std::uint32_t below(std::uint32_t end) {
-    return std::uniform_int_distribution<std::uint32_t>(0, end - 1)(random_);
-  }
-  double aspect(double highest) { return std::exp(uniform(0.0, std::log(highest))); }
-  glm::dvec3 direction() {
-    const double z = uniform(-1.0, 1.0), angle = uniform(0.0, 2.0 * pi), across = std::sqrt(1.0 - z * z);
-    return {across * std::cos(angle), across * std::sin(angle), z};
-  }
-  glm::dquat rotation() {
-    return glm::normalize(
-        glm::dquat(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0)));
-  }
-  void shuffle(TriangleMesh& mesh) {
-    std::ranges::shuffle(mesh.triangles, random_);
-    for (glm::uvec3& t : mesh.triangles)
-      for (std::uint32_t k = below(3); k > 0; --k)
-        t = {t.y, t.z, t.x};
-  }
-
- private:
-  std::mt19937 random_;
-};
+/// Changes the order of the triangles, and of the corners of each.
+void shuffle(TriangleMesh& mesh, Random& random) {
+  std::ranges::shuffle(mesh.triangles, random.engine);
+  for (glm::uvec3& t : mesh.triangles)
+    for (std::size_t k = random.below(3); k > 0; --k)
+      t = {t.y, t.z, t.x};
+}
 
 /// Splits edges at random points; the same triangle may be split many times. Corners are rounded, so a split
 /// may turn an edge by a unit in the last place.
-void split_edges(TriangleMesh& mesh, std::uint32_t count, RandomShapes& random) {
-  for (std::uint32_t k = 0; k < count; ++k) {
-    const std::uint32_t edge = random.below(3);
-    const glm::uvec3 t = mesh.triangles[random.below(static_cast<std::uint32_t>(mesh.triangles.size()))];
-    const std::uint32_t a = t[static_cast<int>(edge)], b = t[static_cast<int>((edge + 1) % 3)];
+void split_edges(TriangleMesh& mesh, std::size_t count, Random& random) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const int edge = random.integer(0, 2);
+    const glm::uvec3 t = mesh.triangles[random.below(mesh.triangles.size())];
+    const std::uint32_t a = t[edge], b = t[(edge + 1) % 3];
     const auto middle = static_cast<std::uint32_t>(mesh.positions_m.size());
     mesh.positions_m.push_back(
         glm::mix(mesh.positions_m[a], mesh.positions_m[b], random.uniform(0.02, 0.98)));
@@ -116,20 +95,20 @@ struct Lamp {
   double diameter_m = 1.0;  // the largest distance of two points
 };
 
-Lamp random_lamp(std::uint32_t kind, RandomShapes& random) {
+Lamp random_lamp(std::uint32_t kind, Random& random) {
   Lamp lamp;
   if (kind == 0) {
-    lamp = {"sphere", make_sphere(0.5, random.below(5)), 1.0};
+    lamp = {"sphere", make_sphere(0.5, static_cast<std::uint32_t>(random.below(5))), 1.0};
   } else if (kind == 1) {
-    const glm::dvec3 size(1.0, random.aspect(10.0), random.aspect(10.0));
+    const glm::dvec3 size(1.0, random.magnitude(1.0, 10.0), random.magnitude(1.0, 10.0));
     lamp = {"box", make_box(size), glm::length(size)};
   } else {
-    const double height_m = random.below(4) == 0 ? 10.0 : random.aspect(100.0) / 10.0;
-    const std::uint32_t segments = random.below(3) == 0 ? 3 + random.below(14) : 3 + random.below(300);
+    const double height_m = random.below(4) == 0 ? 10.0 : random.magnitude(1.0, 100.0) / 10.0;
+    const auto segments = static_cast<std::uint32_t>(3 + random.below(random.below(3) == 0 ? 14 : 300));
     lamp = {"cylinder", make_cylinder(0.5, height_m, segments), std::hypot(1.0, height_m)};
   }
   if (random.below(3) > 0) split_edges(lamp.mesh, random.below(400), random);
-  random.shuffle(lamp.mesh);
+  shuffle(lamp.mesh, random);
   lamp.name += " of " + std::to_string(lamp.mesh.triangles.size()) + " triangles, diameter " +
                std::to_string(lamp.diameter_m);
   return lamp;
@@ -215,7 +194,7 @@ class ImageOfEmitters : public ImageTest {
   /// Around a lamp, at a distance from its middle. A third of the plates face its middle; a third are turned,
   /// but have all of it above their plane; the planes of the rest may cut it.
   static std::vector<Plate> plates_around(const glm::dvec3& middle_m, double distance_m, double radius_m,
-                                          const glm::dvec3& axis, RandomShapes& random) {
+                                          const glm::dvec3& axis, Random& random) {
     std::vector<Plate> plates;
     for (std::uint32_t k = 0; k < max_plates; ++k) {
       glm::dvec3 u = random.direction();
@@ -237,9 +216,9 @@ class ImageOfEmitters : public ImageTest {
       std::string worst_lamp;
       constexpr std::uint32_t lamps = 24;
       for (std::uint32_t seed = 0; seed < lamps; ++seed) {
-        RandomShapes random(1000 * kind + seed);
+        Random random(1000 * kind + seed);
         const Lamp lamp = random_lamp(kind, random);
-        const EntityRow row = lamp_row(add(lamp.mesh), random.rotation());
+        const EntityRow row = lamp_row(add(lamp.mesh), random.orientation());
         const EntityId id = create(row);
         const auto body = placed(lamp.mesh, row);
         const glm::dvec3 middle_m = row.motion.p_world_m;
@@ -282,9 +261,9 @@ TEST_F(ImageOfEmitters, SixtyFourPointsAreEnoughFromOnePointTwoDiameters) {
 
 TEST_F(ImageOfEmitters, TheOrderOfTrianglesHasNoEffect) {
   for (std::uint32_t seed = 0; seed < 9; ++seed) {
-    RandomShapes random(seed);
+    Random random(seed);
     Lamp lamp = random_lamp(seed % 3, random);
-    const glm::dquat q = random.rotation();
+    const glm::dquat q = random.orientation();
     const auto plates = plates_around(lamp_row({}, q).motion.p_world_m, 2.0 * lamp.diameter_m,
                                       0.5 * lamp.diameter_m, glm::dvec3(0.0, 0.0, 1.0), random);
     std::vector<double> first;
@@ -295,7 +274,7 @@ TEST_F(ImageOfEmitters, TheOrderOfTrianglesHasNoEffect) {
       for (std::size_t k = 0; k < plates.size(); ++k)
         EXPECT_EQ(found[k], first[k]) << lamp.name << ", seed " << seed;
       remove(id, {});
-      random.shuffle(lamp.mesh);
+      shuffle(lamp.mesh, random);
     }
   }
 }
@@ -305,8 +284,8 @@ TEST_F(ImageOfEmitters, PointsFollowTheScaleAndTheShapeOfTheBody) {
   TriangleMesh mesh = make_cylinder(0.5, 1.0);
   const auto cylinder = database().add_geometry(mesh, "cylinder", {.deforms = true});
   ASSERT_TRUE(cylinder) << cylinder.error().message;
-  RandomShapes random(5);
-  EntityRow row = lamp_row(cylinder.value(), random.rotation());
+  Random random(5);
+  EntityRow row = lamp_row(cylinder.value(), random.orientation());
   const EntityId id = create(row);
   double diameter_m = std::sqrt(2.0);
   const auto expect_light = [&](const char* what) {
@@ -336,11 +315,11 @@ TEST_F(ImageOfEmitters, PointsFollowTheScaleAndTheShapeOfTheBody) {
 }
 
 TEST_F(ImageOfEmitters, PanelsShineFromBothSides) {
-  RandomShapes random(8);
+  Random random(8);
   for (const glm::dvec2& size : {glm::dvec2(1.0, 1.0), glm::dvec2(1.0, 8.0)}) {
     TriangleMesh mesh = make_rectangle(size.x, size.y);
     split_edges(mesh, 50, random);
-    const EntityRow row = lamp_row(add(mesh), random.rotation());
+    const EntityRow row = lamp_row(add(mesh), random.orientation());
     const EntityId id = create(row);
     const auto body = placed(mesh, row);
     const auto plates = plates_around(row.motion.p_world_m, 2.0 * glm::length(size), 0.5 * glm::length(size),
@@ -357,9 +336,9 @@ TEST_F(ImageOfEmitters, PanelsShineFromBothSides) {
 
 /// All directions have the same luminance, so the illuminance is pi times as large.
 TEST_F(ImageOfEmitters, AHollowBodyLightsWhatIsInIt) {
-  RandomShapes random(9);
+  Random random(9);
   for (const TriangleMesh& mesh : {make_sphere(1.0, 4), make_box({2.0, 2.0, 2.0})}) {
-    const EntityRow row = lamp_row(add(mesh), random.rotation());
+    const EntityRow row = lamp_row(add(mesh), random.orientation());
     const EntityId id = create(row);
     std::vector<Plate> plates;
     for (std::uint32_t k = 0; k < max_plates; ++k)
@@ -374,14 +353,14 @@ TEST_F(ImageOfEmitters, AHollowBodyLightsWhatIsInIt) {
 /// A triangle of almost no area, of which there are as many as others, makes no side.
 TEST(EmitterZones, EachFlatSideHasZonesOfItsOwn) {
   for (std::uint32_t seed = 0; seed < 60; ++seed) {
-    RandomShapes random(seed);
-    const std::uint32_t segments = 3 + random.below(12);
+    Random random(seed);
+    const auto segments = static_cast<std::uint32_t>(3 + random.below(12));
     const bool is_box = seed % 2 == 0;
-    TriangleMesh mesh = is_box ? make_box({1.0, random.aspect(100.0), random.aspect(100.0)})
-                               : make_cylinder(0.5, random.aspect(10.0), segments);
+    TriangleMesh mesh = is_box ? make_box({1.0, random.magnitude(1.0, 100.0), random.magnitude(1.0, 100.0)})
+                               : make_cylinder(0.5, random.magnitude(1.0, 10.0), segments);
     const std::uint32_t sides = is_box ? 6 : segments + 2;
     split_edges(mesh, random.below(300), random);
-    random.shuffle(mesh);
+    shuffle(mesh, random);
     constexpr std::uint32_t count = 16;
     query::EmitterZones divider(count, 10'000);
     std::vector<shared::EmitterZone> zones(count);

@@ -42,13 +42,6 @@ glm::dvec3 axis_direction(Random& random) {
 
 }  // namespace
 
-glm::dvec3 Random::vector() {
-  std::normal_distribution<double> normal;
-  const double x = normal(engine);
-  const double y = normal(engine);
-  return {x, y, normal(engine)};
-}
-
 std::vector<TriangleMesh> mixed_meshes(Random& random) {
   return {make_box({1.0, 2.0, 1.5}), make_sphere(1.0, 0), make_sphere(0.8, 3),      make_cylinder(0.5, 2.0),
           make_rectangle(2.0, 3.0),  single_triangle(),   soup(random, 300, false), soup(random, 100, true)};

@@ -2,30 +2,14 @@
 // Random rows, rays, regions and points from a seed, with every kind of mesh, motion, mask, carrier and
 // range.
 
-#include <glm/geometric.hpp>
-#include <glm/gtc/quaternion.hpp>
-
-#include <random>
+#include <span>
 #include <vector>
 
 #include <rtstdb/database.hpp>
 
+#include "tests/support/random.hpp"
+
 namespace rtstdb::test {
-
-struct Random {
-  std::mt19937_64 engine;
-  explicit Random(std::uint64_t seed) : engine(seed) {}
-
-  double uniform(double low, double high) { return std::uniform_real_distribution(low, high)(engine); }
-  /// Log-uniformly distributed.
-  double magnitude(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-  std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(engine); }
-  double normal() { return std::normal_distribution<double>()(engine); }
-  bool one_in(std::size_t n) { return below(n) == 0; }
-  glm::dvec3 vector();  ///< normally distributed components
-  glm::dvec3 direction() { return glm::normalize(vector()); }
-  glm::dquat orientation() { return glm::angleAxis(uniform(0.0, 6.28), direction()); }
-};
 
 /// Boxes, spheres, cylinders, a flat rectangle, a single triangle, soups with degenerate triangles and with
 /// triangles that share one center.

@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <limits>
 #include <map>
-#include <random>
 #include <set>
 #include <string>
 #include <tuple>
@@ -21,6 +20,7 @@
 
 #include "rtstdb/geometry/orientation.hpp"
 #include "rtstdb/geometry/ulp.hpp"
+#include "tests/support/random.hpp"
 
 namespace rtstdb {
 namespace {
@@ -28,24 +28,14 @@ namespace {
 __extension__ using Wide = __int128;
 using Points = std::vector<glm::vec3>;
 
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) { return std::uniform_real_distribution(low, high)(engine_); }
-  int integer(int low, int high) { return std::uniform_int_distribution(low, high)(engine_); }
-  glm::dvec3 vector() { return {uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0)}; }
-  glm::dvec3 direction() {
-    std::normal_distribution<double> normal;
-    return glm::normalize(glm::dvec3(normal(engine_), normal(engine_), normal(engine_)));
-  }
-  glm::dquat rotation() {
-    std::normal_distribution<double> normal;
-    return glm::normalize(glm::dquat(normal(engine_), normal(engine_), normal(engine_), normal(engine_)));
-  }
+using test::Random;
 
- private:
-  std::mt19937_64 engine_;
-};
+/// A point in a cube around the origin.
+glm::dvec3 in_cube(Random& random) {
+  const double x = random.uniform(-1.0, 1.0);
+  const double y = random.uniform(-1.0, 1.0);
+  return {x, y, random.uniform(-1.0, 1.0)};
+}
 
 using Grid = std::array<std::int64_t, 3>;
 
@@ -106,43 +96,41 @@ void repeat_some(Random& random, std::vector<glm::dvec3>& points) {
   const std::size_t count = points.size();
   for (std::size_t i = 0; i < count; ++i)
     points.insert(points.begin() + random.integer(0, static_cast<int>(points.size())),
-                  points[static_cast<std::size_t>(random.integer(0, static_cast<int>(count) - 1))]);
+                  points[random.below(count)]);
 }
 
 constexpr int kinds = 10;
 
 PointSet random_set(Random& random, int kind) {
   std::vector<glm::dvec3> points;
-  const auto size = [&](double low, double high) {
-    return std::exp(random.uniform(std::log(low), std::log(high)));
-  };
   switch (kind) {
     case 0:  // a rotated cube; each corner several times, or not all of them
-      points = moved(box_corners(glm::dvec3(0.5)), random.rotation(), {});
+      points = moved(box_corners(glm::dvec3(0.5)), random.orientation(), {});
       if (random.integer(0, 1) == 0) repeat_some(random, points);
       return rounded("rotated cube", points, 1);
     case 1:  // a box of any aspect up to 10^4
-      points = moved(box_corners({0.5, 0.5 * size(1e-4, 1.0), 0.5 * size(1e-4, 1.0)}), random.rotation(), {});
+      points = moved(box_corners({0.5, 0.5 * random.magnitude(1e-4, 1.0), 0.5 * random.magnitude(1e-4, 1.0)}),
+                     random.orientation(), {});
       return rounded("plate or needle", points, 1);
     case 2: {  // a prism, with points on its edges and in its faces
       const int sides = random.integer(3, 12);
-      const double height = size(1e-3, 1.0);
+      const double height = random.magnitude(1e-3, 1.0);
       for (int i = 0; i < sides; ++i)
         for (const double z : {-0.5, 0.0, 0.5})
           points.emplace_back(0.7 * std::cos(6.2831853 * i / sides), 0.7 * std::sin(6.2831853 * i / sides),
                               z * height);
-      return rounded("prism", moved(points, random.rotation(), {}), 1);
+      return rounded("prism", moved(points, random.orientation(), {}), 1);
     }
     case 3:  // points of a lattice
       for (int i = random.integer(8, 60); i-- > 0;)
         points.emplace_back(random.integer(-2, 2), random.integer(-2, 2), random.integer(-2, 2));
       return rounded("lattice", points, 2);
     case 4: {  // nearly coplanar
-      const double thickness = size(1e-8, 1e-2);
+      const double thickness = random.magnitude(1e-8, 1e-2);
       for (int i = random.integer(6, 40); i-- > 0;)
         points.emplace_back(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5),
                             thickness * random.uniform(-0.5, 0.5));
-      return rounded("nearly coplanar", moved(points, random.rotation(), {}), 1);
+      return rounded("nearly coplanar", moved(points, random.orientation(), {}), 1);
     }
     case 5:  // a sphere, each point several times
       for (int i = random.integer(4, 40); i-- > 0;)
@@ -151,20 +139,20 @@ PointSet random_set(Random& random, int kind) {
       return rounded("sphere", points, 1);
     case 6:  // random points
       for (int i = random.integer(4, 40); i-- > 0;)
-        points.push_back(random.vector());
+        points.push_back(in_cube(random));
       return rounded("cloud", points, 1);
     case 7:  // 100 km away, where rounding moves points by a share of the size
       for (int i = random.integer(4, 40); i-- > 0;)
         points.push_back(random.direction());
-      return rounded("far sphere", moved(points, random.rotation(), 1e5 * random.direction()), 17);
+      return rounded("far sphere", moved(points, random.orientation(), 1e5 * random.direction()), 17);
     case 8:  // a rotated box with points on its edges and in its faces, far away
       for (int i = 0; i < 64; ++i)
         points.emplace_back(i % 4 / 3.0, i / 4 % 4 / 3.0, i / 16 / 3.0);
-      return rounded("far grid", moved(points, random.rotation(), {3000.0, -1500.0, 100.0}), 12);
+      return rounded("far grid", moved(points, random.orientation(), {3000.0, -1500.0, 100.0}), 12);
     default: {  // planes through many points, without rotation
       const double step = std::ldexp(1.0, -random.integer(1, 12));
       for (int i = random.integer(8, 80); i-- > 0;)
-        points.push_back(step * glm::round(random.vector() / step));
+        points.push_back(step * glm::round(in_cube(random) / step));
       return rounded("rounded cloud", points, 1);
     }
   }
@@ -277,8 +265,8 @@ TEST(MakeHull, SignsAreExact) {
   int coplanar = 0;
   for (int i = 0; i < 200'000; ++i) {
     // A point in the plane of three others, up to rounding.
-    const glm::dvec3 a = 0.5 * random.vector(), b = a + random.uniform(1e-6, 0.5) * random.vector(),
-                     c = a + random.uniform(1e-6, 0.5) * random.vector();
+    const glm::dvec3 a = 0.5 * in_cube(random), b = a + random.uniform(1e-6, 0.5) * in_cube(random),
+                     c = a + random.uniform(1e-6, 0.5) * in_cube(random);
     const glm::dvec3 d = a + random.uniform(-1.0, 1.0) * (b - a) + random.uniform(-1.0, 1.0) * (c - a);
     const PointSet set = i % 2 == 0 ? rounded("", {a, b, c, d}, 1)
                                     : rounded("",

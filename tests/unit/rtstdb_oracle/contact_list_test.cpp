@@ -70,8 +70,8 @@ TEST(CompareContactList, AgreesWithTheRoundedTruth) {
     ContactSearch search;
     search.t = at_s(random.uniform(10.0, 11.0));
     search.margin_m = static_cast<float>(i % 3 == 0 ? 0.0 : random.magnitude(0.01, 1.0));
-    if (i % 4 != 0) search.first = scene.entities[static_cast<std::size_t>(random.below(60))].id;
-    if (i % 4 == 1) search.second = scene.entities[static_cast<std::size_t>(random.below(60))].id;
+    if (i % 4 != 0) search.first = scene.entities[random.below(60)].id;
+    if (i % 4 == 1) search.second = scene.entities[random.below(60)].id;
     if (search.first == search.second) search.second = {};
     if (i % 5 == 0) search.second_mask = 3;
     if (i % 7 == 0) search.first_mask = 5;
@@ -95,7 +95,7 @@ TEST(CompareContactList, AgreesWithTheRoundedTruthOfConcaveBodies) {
     ContactSearch search;
     search.t = at_s(random.uniform(0.0, 0.2));
     search.margin_m = static_cast<float>(i % 3 == 0 ? 0.0 : random.magnitude(0.01, 1.0));
-    if (i % 4 != 0) search.first = scene.entities[static_cast<std::size_t>(random.below(40))].id;
+    if (i % 4 != 0) search.first = scene.entities[random.below(40)].id;
     const ContactQueryOptions options = contact_options(i % 6 == 0 ? 8 : 1000);
     const OwnedAnswer answer = rounded_answer(world, search, options);
     listed += answer.pairs.size();

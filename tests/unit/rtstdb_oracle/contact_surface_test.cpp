@@ -237,8 +237,7 @@ TEST(SurfaceTruth, AgreesWithSampling) {
       const SurfaceBody& surface = swapped ? pair.second_surface : pair.first_surface;
       const SurfaceBody& body = swapped ? pair.first_surface : pair.second_surface;
       for (int sample = 0; sample < 300; ++sample) {
-        const auto count = static_cast<int>(surface.triangles().size());
-        const auto& c = surface.triangles()[static_cast<std::size_t>(random.below(count))];
+        const auto& c = surface.triangles()[random.below(surface.triangles().size())];
         double u = random.uniform(0.0, 1.0);
         double v = random.uniform(0.0, 1.0);
         if (u + v > 1.0) std::tie(u, v) = std::pair(1.0 - u, 1.0 - v);

@@ -295,7 +295,7 @@ TEST(NearestTree, AgreesWithBruteForce) {
     Nearest point = at_point(glm::vec3(8.0 * random.vector()), at_s(random.uniform(10.0, 11.0)));
     if (i % 3 == 0) point.radius_m = static_cast<float>(random.magnitude(0.1, 10.0));
     if (i % 5 == 0) point.mask = 3;
-    if (i % 7 == 0) point.carrier = scene.entities[static_cast<std::size_t>(random.below(60))].id;
+    if (i % 7 == 0) point.carrier = scene.entities[random.below(60)].id;
     const auto target = static_cast<NearestTarget>(i % 4);
     const NearestQueryOptions options =
         nearest_options(target, 1u << (i % 6), target >= NearestTarget::surface);

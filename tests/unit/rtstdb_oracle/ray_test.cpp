@@ -85,9 +85,9 @@ TEST(Trace, BreaksTiesByEntityThenTriangle) {
   square.place(make_rectangle(2.0, 2.0));
   Random random(1);
   for (int i = 0; i < 200; ++i) {
-    const auto along = static_cast<float>(random.below(256) - 128) / 128.0f;
+    const auto along = static_cast<float>(random.integer(-128, 127)) / 128.0f;
     const glm::vec3 on_edge(along, along, 0.0f);
-    const glm::vec3 direction(random.below(9) - 4, random.below(9) - 4, i % 2 == 0 ? -4 : -8);
+    const glm::vec3 direction(random.integer(-4, 4), random.integer(-4, 4), i % 2 == 0 ? -4 : -8);
     const RayTruth hit = trace(square.world(), ray_from(on_edge - 4.0f * direction, direction));
     ASSERT_EQ(hit.status, HitStatus::hit);
     EXPECT_EQ(hit.triangle, 0u);

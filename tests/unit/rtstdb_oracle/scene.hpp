@@ -10,11 +10,11 @@
 #include <cstdint>
 #include <deque>
 #include <numbers>
-#include <random>
 #include <utility>
 #include <vector>
 
 #include "rtstdb/oracle/oracle.hpp"
+#include "tests/support/random.hpp"
 
 namespace rtstdb::oracle {
 
@@ -77,23 +77,7 @@ inline void expect_near(const glm::dvec3& a, const glm::dvec3& b, double toleran
                                            << ", " << b.y << ", " << b.z << ")";
 }
 
-struct Random {
-  std::mt19937_64 engine;
-  explicit Random(std::uint64_t seed) : engine(seed) {}
-  double uniform(double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine);
-  }
-  double magnitude(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
-  double normal() { return std::normal_distribution<double>()(engine); }
-  int below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(engine); }
-  glm::dvec3 vector() {
-    const double x = normal();
-    const double y = normal();
-    return {x, y, normal()};
-  }
-  glm::dvec3 direction() { return glm::normalize(vector()); }
-  glm::dquat orientation() { return glm::angleAxis(uniform(0.0, 6.28), direction()); }
-};
+using test::Random;
 
 /// Moving, turning, scaled bodies within some tens of metres.
 inline Scene crowd(std::uint64_t seed, int count) {
@@ -120,9 +104,9 @@ inline Scene crowd(std::uint64_t seed, int count) {
 /// A ray towards a random body of the scene. Some rays have a carrier, a mask or a maximum lambda.
 inline Ray random_ray(Random& random, const Scene& scene) {
   const auto random_entity = [&]() -> const EntityState& {
-    return scene.entities[static_cast<std::size_t>(random.below(static_cast<int>(scene.entities.size())))];
+    return scene.entities[random.below(scene.entities.size())];
   };
-  const WorldTime t = scene.version_time + Nanoseconds(random.below(1'000'000'000));
+  const WorldTime t = scene.version_time + Nanoseconds(random.integer(0, 999'999'999));
   const glm::dvec3 from_m = 15.0 * random.vector();
   const glm::dvec3 to_m = pose_at(random_entity().row.motion, t).p_world_m + 0.7 * random.vector();
   Ray ray = ray_from(glm::vec3(from_m), glm::vec3(random.magnitude(0.01, 10.0) * (to_m - from_m)), t);

@@ -66,8 +66,7 @@ inline Scene concave_pairs(std::uint64_t seed, int count) {
                                          scene.add(test::make_wavy_sheet(1.6, 0.2, 10))};
   for (int i = 0; i < 2 * count; ++i) {
     // The first body of each pair is not convex.
-    const int shape = random.below(i % 2 == 0 ? 4 : 6);
-    EntityRow& row = scene.place(shapes[static_cast<std::size_t>(shape)]);
+    EntityRow& row = scene.place(shapes[random.below(i % 2 == 0 ? 4 : 6)]);
     row.scale = {random.magnitude(0.6, 1.6), random.magnitude(0.6, 1.6), random.magnitude(0.6, 1.6)};
     const int pair = i / 2;
     row.motion.p_world_m = {20.0 * pair, 100.0, -50.0};

@@ -42,9 +42,9 @@ TEST(MeshTree, AgreesWithBruteForceAlongFacesAndEdges) {
   scene.place(make_rectangle(3, 3), at({0, 4, 0}));
   const World world = scene.world();
   Random random(7);
-  const auto grid = [&random] { return static_cast<float>(random.below(17) - 8) * 0.5f; };
+  const auto grid = [&random] { return static_cast<float>(random.integer(-8, 8)) * 0.5f; };
   for (int i = 0; i < 5000; ++i) {
-    glm::vec3 direction(random.below(3) - 1, random.below(3) - 1, random.below(3) - 1);
+    glm::vec3 direction(random.integer(-1, 1), random.integer(-1, 1), random.integer(-1, 1));
     if (direction == glm::vec3(0.0f)) direction.x = 1.0f;
     const float x = grid();
     const float y = grid();
