@@ -1,17 +1,16 @@
 // Random contacts of concave bodies: every answer of the GPU against the oracle's.
 
 #include <algorithm>
-#include <atomic>
 #include <mutex>
 #include <ostream>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "rtstdb/oracle/contact_surface.hpp"
 #include "tests/gpu/database_fixture.hpp"
 #include "tests/gpu/random_scene.hpp"
 #include "tests/support/concave_meshes.hpp"
+#include "tests/support/parallel.hpp"
 #include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
@@ -88,20 +87,11 @@ SurfaceTally judge_pairs(const oracle::World& world, std::span<const ContactSear
                          std::span<const ContactAnswer> answers) {
   SurfaceTally tally;
   std::mutex mutex;
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    SurfaceTally part;
-    for (std::size_t i = next++; i < searches.size(); i = next++)
-      part += judge_one(world, searches[i], answers[i]);
+  hil::tests::for_each_in_parallel(searches.size(), [&](std::size_t i) {
+    SurfaceTally judged = judge_one(world, searches[i], answers[i]);
     const std::lock_guard lock(mutex);
-    tally += std::move(part);
-  };
-  std::vector<std::thread> threads;
-  for (unsigned k = 1; k < std::thread::hardware_concurrency(); ++k)
-    threads.emplace_back(work);
-  work();
-  for (std::thread& thread : threads)
-    thread.join();
+    tally += std::move(judged);
+  });
   return tally;
 }
 

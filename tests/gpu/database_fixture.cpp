@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <bit>
 #include <cstdlib>
 #include <mutex>
 #include <sstream>
 #include <string>
-#include <thread>
 #include <tuple>
 #include <utility>
 
@@ -16,6 +14,7 @@
 #include "rtstdb/oracle/judge.hpp"
 #include "rtstdb/query/ray/ray_coherence.hpp"
 #include "tests/gpu/random_scene.hpp"
+#include "tests/support/parallel.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -77,27 +76,18 @@ std::string describe(const Nearest& point) {
 Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::size_t)>& judge_one,
                 const std::function<std::string(std::size_t)>& name) {
   Tally tally{.elements = count};
-  std::atomic<std::size_t> next{0};
   std::mutex mutex;
   std::vector<std::string> wrong;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      const oracle::Judgement judgement = judge_one(i);
-      if (judgement.verdict == oracle::Verdict::agrees) continue;
-      const std::lock_guard lock(mutex);
-      if (judgement.verdict == oracle::Verdict::too_close) {
-        ++tally.too_close;
-      } else {
-        wrong.push_back("element " + std::to_string(i) + ": " + judgement.reason + "; " + name(i));
-      }
+  hil::tests::for_each_in_parallel(count, [&](std::size_t i) {
+    const oracle::Judgement judgement = judge_one(i);
+    if (judgement.verdict == oracle::Verdict::agrees) return;
+    const std::lock_guard lock(mutex);
+    if (judgement.verdict == oracle::Verdict::too_close) {
+      ++tally.too_close;
+    } else {
+      wrong.push_back("element " + std::to_string(i) + ": " + judgement.reason + "; " + name(i));
     }
-  };
-  std::vector<std::thread> threads;
-  for (unsigned k = 1; k < std::thread::hardware_concurrency(); ++k)
-    threads.emplace_back(work);
-  work();
-  for (std::thread& thread : threads)
-    thread.join();
+  });
   for (std::size_t i = 0; i < std::min(wrong.size(), failures_shown); ++i)
     ADD_FAILURE() << wrong[i];
   EXPECT_EQ(wrong.size(), 0u) << "of " << count << " answers";

@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "rtstdb/oracle/surface_approach.hpp"
@@ -16,6 +14,7 @@
 #include "tests/gpu/random_scene.hpp"
 #include "tests/support/concave_meshes.hpp"
 #include "tests/support/hull_meshes.hpp"
+#include "tests/support/parallel.hpp"
 #include "tests/support/rounds.hpp"
 
 namespace rtstdb::test {
@@ -122,16 +121,9 @@ class RandomSurfaceImpacts : public DeformingGeometry {
     const oracle::World world = this->world();
     judge(world, searches, query->answers(), options);
     std::vector<char> is_close(count);
-    std::atomic<std::uint32_t> next = 0;
-    const auto work = [&] {
-      for (std::uint32_t i = next++; i < count; i = next++)
-        if (query->answers()[i].status != ImpactStatus::impact)
-          is_close[i] = passes_close(world, searches[i]);
-    };
-    std::vector<std::jthread> threads;
-    for (unsigned k = 0; k < std::max(1u, std::thread::hardware_concurrency()); ++k)
-      threads.emplace_back(work);
-    threads.clear();
+    hil::tests::for_each_in_parallel(count, [&](std::size_t i) {
+      if (query->answers()[i].status != ImpactStatus::impact) is_close[i] = passes_close(world, searches[i]);
+    });
     for (std::uint32_t i = 0; i < count; ++i) {
       const ImpactAnswer& answer = query->answers()[i];
       const bool is_undecided = answer.status == ImpactStatus::undecided;
