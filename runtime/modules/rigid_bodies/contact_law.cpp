@@ -28,7 +28,7 @@ double mean_depth_m(const FrozenContact& point, double dt_s) {
   return deepest_m > 0.0 ? 0.25 * deepest_m * deepest_m / half_displacement_m : 0.0;
 }
 
-/// Power that the normal and the tangential springs supply to the bodies, for a stiffness of 1 N/m of each
+/// Power that the normal and the friction springs supply to the bodies, for a stiffness of 1 N/m of each
 /// point, when the bodies move with the points' velocities.
 struct SpringPower {
   double normal = 0.0, tangential = 0.0;

@@ -1,19 +1,19 @@
 #pragma once
-// The forces at the contact points of a pair of bodies: a spring and a damper along each normal, a tangential
-// spring with Coulomb friction, and the elastic energy of the pair.
+// The forces at the contact points of a pair of bodies: a spring and a damper along each normal, a friction
+// spring and a damper across it, and the elastic energy of the pair.
 //
 //   share        Each point has a share of the pair's stiffness and damping: its depth divided by the sum of
 //                the depths. So a force changes continuously when a point comes or goes, and points of equal
 //                depth have the force of one.
 //   normal       N = stiffness * depth + damping * approach speed; never negative, and 0 without depth
-//   tangential   A spring of the same stiffness and damping, anchored where the bodies were when the contact
-//                began. It slips when the spring's force exceeds friction * N: then its anchor moves. Spring
-//                and damper together have at most friction * N.
+//   tangential   A friction spring of the same stiffness and damping, anchored where the bodies were when the
+//                contact began. It slips when the spring's force exceeds friction * N: then its anchor moves.
+//                Spring and damper together have at most friction * N.
 //   energy       A pair stores the work that is done against its springs, and returns no more. While the
 //                bodies approach, the springs have at least the stiffness of the law; while they part, that
 //                stiffness times the stored energy divided by the energy that the law has at these depths. So
 //                the stored energy reaches zero where the depth does, whatever the normals, points and shares
-//                were before, and the factor is 1 where the law itself is conservative. The tangential
+//                were before, and the factor is 1 where the law itself is conservative. The friction
 //                springs store separately from those along the normals, and never more than the law has. The
 //                energy that a pair's dampers took and its springs lost may refill the springs along the
 //                normals, up to the energy of the law.
@@ -58,10 +58,10 @@ struct FrozenContact {
   /// From the origins of the bodies to the point when it was frozen.
   glm::dvec3 first_arm_m{0.0}, second_arm_m{0.0};
   double first_weight = 0.5;  ///< 1: the point moves with the first body; 0: with the second
-  glm::dvec3 stretch_m{0.0};  ///< of the tangential spring: the first body relative to its anchor
+  glm::dvec3 stretch_m{0.0};  ///< of the friction spring: the first body relative to its anchor
   /// Velocity of the first body relative to the second, at the point.
   glm::dvec3 velocity_mps{0.0};
-  /// Forces on the first body of the normal and the tangential spring, and of the dampers; the second body
+  /// Forces on the first body of the normal and the friction spring, and of the dampers; the second body
   /// has the opposite ones.
   glm::dvec3 normal_force_n{0.0}, tangential_force_n{0.0}, damping_force_n{0.0};
 
@@ -94,7 +94,7 @@ SpringEnergy law_energy(std::span<const FrozenContact> points, const ContactLaw&
 /// Sets the forces of the points of one pair, whose depths and velocities are those at the middle of a
 /// substep, and `begin` is law_energy at its begin. Reduces the stretch of springs that slip, and resets it
 /// where the normal force is zero. Springs along the normal lose stored energy beyond max_stiffening at once,
-/// and beyond the law's energy at the rate `decay_per_s`; tangential springs lose all beyond the law's.
+/// and beyond the law's energy at the rate `decay_per_s`; friction springs lose all beyond the law's.
 void set_forces(std::span<FrozenContact> points, const ContactLaw& law, const SpringEnergy& begin,
                 double dt_s, double decay_per_s, StoredEnergy& stored) noexcept;
 
