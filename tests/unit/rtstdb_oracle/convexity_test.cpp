@@ -159,7 +159,8 @@ Case random_case(Random& random, int kind) {
       const double share = depth / (convex_tolerance * length_of_diagonal(one));
       Case test_case{"dented box", one};
       if (share < 0.6) test_case.convex = true;
-      if (share > 1.5) test_case.convex = false;
+      // The box of the turned mesh has up to 1.67 times the diagonal of this one, and rounding adds 0.4.
+      if (share > 2.1) test_case.convex = false;
       return test_case;
     }
     case 6:
