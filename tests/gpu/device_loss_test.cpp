@@ -16,9 +16,9 @@ using DeviceLoss = DeviceLossTest;
 
 /// A sample of calls; long_device_loss_test tests each call.
 #ifdef __SANITIZE_ADDRESS__
-constexpr std::uint64_t stride = 4;
+constexpr std::uint64_t stride = 8;
 #else
-constexpr std::uint64_t stride = 2;
+constexpr std::uint64_t stride = 4;
 #endif
 
 TEST_F(DeviceLoss, AtACallOfATransactionLeavesNoTrace) {
@@ -117,7 +117,7 @@ TEST_F(DeviceLoss, IsAssumedIfBindingsToALargerPoolFail) {
   const TriangleMesh larger_than_the_pool = make_sphere(0.8, 6);
   bool added = false;
   int refused = 0;
-  for (int calls = 0; !added && !HasFailure(); ++calls) {
+  for (int calls = 0; !added && !HasFailure(); calls += 5) {
     SCOPED_TRACE(testing::Message() << "after " << calls << " calls");
     loader_.fail("vkAllocateDescriptorSets", FaultLoader::out_of_device_memory, 1, calls);
     const auto result = lost_.database().add_geometry(larger_than_the_pool, "large");

@@ -16,8 +16,8 @@ namespace rtstdb::test {
 namespace {
 
 constexpr std::uint32_t max_elements = 2'000;
-/// Of kinds whose elements take much longer than the others'.
-constexpr std::uint32_t few_elements = 250;
+/// Elements of expensive kinds: enough for some to begin after a halt.
+constexpr std::uint32_t few_elements = 100;
 constexpr std::uint32_t few_images = 20;
 /// On a busy machine all elements of a batch may have begun before this thread runs again.
 constexpr int attempts = 500;
@@ -59,11 +59,7 @@ class HaltedRuns : public ExecutorTest {
   }
   static std::uint32_t count_of(const AnyQueryOptions& options) {
     if (std::holds_alternative<ImageQueryOptions>(options)) return few_images;
-    const auto* cones = std::get_if<ConeQueryOptions>(&options);
-    const bool takes_long = (cones != nullptr && cones->fractions) ||
-                            std::holds_alternative<ContactQueryOptions>(options) ||
-                            std::holds_alternative<ImpactQueryOptions>(options);
-    return takes_long ? few_elements : max_elements;
+    return is_expensive(options) ? few_elements : max_elements;
   }
   /// Rays also at one instant and as packets.
   std::vector<Batch> all_kinds() {

@@ -20,7 +20,7 @@ class QueriesOfEachKind {
  public:
   explicit QueriesOfEachKind(Database& database) : database_(database) {
     for (const AnyQueryOptions& options : one_option_per_kind())
-      queries_.push_back(prepare_case(database, with(options, count)));
+      queries_.push_back(prepare_case(database, with(options, is_expensive(options) ? few : count)));
     transaction_ = database.make_transaction({.max_queries = static_cast<std::uint32_t>(queries_.size())});
   }
   /// The version that was read and all answers. Equal rows, times and seeds give equal elements.
@@ -30,7 +30,7 @@ class QueriesOfEachKind {
     Random random(seed);
     for (const auto& query : queries_) {
       query->fill(random, {rows, {.radius_m = 15.0, .version_time = t}, t, 0.0});
-      transaction_->add_query(query->query(), count);
+      transaction_->add_query(query->query(), query->capacity());
     }
     const Outcome& outcome = database_.execute(*transaction_);
     EXPECT_TRUE(outcome.done()) << describe(outcome);
@@ -46,7 +46,7 @@ class QueriesOfEachKind {
   std::size_t hits() const { return hits_; }
 
  private:
-  static constexpr std::uint32_t count = 48;
+  static constexpr std::uint32_t count = 48, few = 6;
 
   Database& database_;
   std::vector<std::unique_ptr<KindCase>> queries_;

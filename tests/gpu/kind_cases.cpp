@@ -249,6 +249,13 @@ std::vector<AnyQueryOptions> one_option_per_kind() {
   return all;
 }
 
+bool is_expensive(const AnyQueryOptions& options) {
+  const auto* cones = std::get_if<ConeQueryOptions>(&options);
+  return (cones != nullptr && cones->fractions) || std::holds_alternative<ContactQueryOptions>(options) ||
+         std::holds_alternative<ImpactQueryOptions>(options) ||
+         std::holds_alternative<ImageQueryOptions>(options);
+}
+
 AnyQueryOptions with(AnyQueryOptions options, std::uint32_t capacity, LatePolicy late) {
   std::visit(
       [&](auto& of_kind) {

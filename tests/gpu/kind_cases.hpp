@@ -66,6 +66,9 @@ class KindCase {
 std::vector<AnyQueryOptions> all_tested_options();
 /// The first tested options of each kind.
 std::vector<AnyQueryOptions> one_option_per_kind();
+/// Whether an element takes the device at least as long as a hundred rays: contacts, impacts, images, and
+/// exact fractions of cones.
+bool is_expensive(const AnyQueryOptions& options);
 AnyQueryOptions with(AnyQueryOptions options, std::uint32_t capacity, LatePolicy late = LatePolicy::discard);
 std::string_view kind_name(const AnyQueryOptions& options);
 

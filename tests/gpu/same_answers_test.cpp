@@ -14,10 +14,7 @@ namespace {
 
 class SameAnswers : public RandomQueries {
  protected:
-  /// An image has many pixels.
-  static std::uint32_t count_of(const AnyQueryOptions& options) {
-    return std::holds_alternative<ImageQueryOptions>(options) ? 45 : 450;
-  }
+  static std::uint32_t count_of(const AnyQueryOptions& options) { return is_expensive(options) ? 45 : 450; }
   static std::vector<std::uint32_t> places_of(std::uint32_t count) {
     std::vector<std::uint32_t> places(count);
     std::iota(places.begin(), places.end(), 0u);
