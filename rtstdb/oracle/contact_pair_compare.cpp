@@ -104,16 +104,14 @@ Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, co
 
 namespace {
 
-/// Whether the point, on the surface of the body, is near the triangle that the answer names.
+/// Whether the point, which is on the surface of the body within the tolerance, is so on the named triangle.
 Judgement judge_triangle(const ConvexBody& body, std::uint32_t triangle, const glm::dvec3& surface_m,
-                         double depth_m, double precision_m) {
+                         double tolerance_m) {
   if (triangle >= body.triangles_m.size())
     return judged(Verdict::differs, "there is no triangle %u", triangle);
-  const auto& c = body.triangles_m[triangle];
-  const double size_m =
-      std::max({glm::distance(c[0], c[1]), glm::distance(c[1], c[2]), glm::distance(c[2], c[0])});
-  const double off_m = glm::distance(nearest_on_triangle(c, surface_m).point, surface_m);
-  if (off_m <= precision_m + std::abs(depth_m) + contact_triangle_tolerance * size_m) return {};
+  const double off_m =
+      glm::distance(nearest_on_triangle(body.triangles_m[triangle], surface_m).point, surface_m);
+  if (off_m <= tolerance_m) return {};
   return judged(Verdict::differs, "it is %.3g m off triangle %u", off_m, triangle);
 }
 
@@ -150,8 +148,7 @@ Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const Con
       return judged(Verdict::differs, "it is %.3g m off the surface of the %s body", off_m, name);
     if (!is_exit(side.body, side.surface_m, side.outward, tolerance_m))
       return judged(Verdict::differs, "it is on the far side of the %s body", name);
-    if (Judgement judgement =
-            judge_triangle(side.body, side.triangle, side.surface_m, depth_m, truth.precision_m);
+    if (Judgement judgement = judge_triangle(side.body, side.triangle, side.surface_m, tolerance_m);
         judgement.verdict != Verdict::agrees)
       return judgement;
   }
@@ -160,7 +157,8 @@ Judgement judge_contact(const PosedPair& pair, const PairTruth& truth, const Con
 
 namespace {
 
-Judgement judge_points(const PosedPair& pair, const PairTruth& truth, const ContactPair& answer) {
+Judgement judge_points(const PosedPair& pair, const PairTruth& truth, double margin_m,
+                       const ContactPair& answer) {
   const bool needs_point = answer.status != PairStatus::separate;
   if (answer.point_count > answer.points.size() || (needs_point && answer.point_count == 0))
     return judged(Verdict::differs, "%u contact points", answer.point_count);
@@ -171,6 +169,11 @@ Judgement judge_points(const PosedPair& pair, const PairTruth& truth, const Cont
     return judged(Verdict::differs, "the first contact point is %.9g m deep at a distance of %.9g m", depth_m,
                   distance_m);
   for (std::uint32_t i = 0; i < answer.point_count; ++i) {
+    const auto apart_m = -static_cast<double>(answer.points[i].depth_m);
+    if (!(apart_m <= margin_m + truth.precision_m))
+      return judged(Verdict::differs,
+                    "contact point %u: the bodies are %.9g m apart, beyond the margin %.9g m", i, apart_m,
+                    margin_m);
     const Judgement one = judge_contact(pair, truth, answer, answer.points[i]);
     if (one.verdict != Verdict::agrees)
       return judged(one.verdict, "contact point %u: %s", i, one.reason.c_str());
@@ -191,7 +194,8 @@ Judgement judge_pair(const PosedPair& pair, const PairTruth& truth, const Contac
   if (Judgement judgement = judge_direction(pair, glm::dvec3(answer.n_world), gap_m);
       judgement.verdict != Verdict::agrees)
     return judgement;
-  if (Judgement judgement = judge_points(pair, truth, answer); judgement.verdict != Verdict::agrees)
+  if (Judgement judgement = judge_points(pair, truth, static_cast<double>(search.margin_m), answer);
+      judgement.verdict != Verdict::agrees)
     return judgement;
   return status;
 }

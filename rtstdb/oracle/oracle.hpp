@@ -297,10 +297,6 @@ inline constexpr double fraction_tolerance = 0.1;
 Judgement compare(const World& world, const Cone& cone, const ConeQueryOptions& options,
                   std::span<const ConeTruth> truth, std::span<const ConeReturn> answers);
 
-/// Distance of a contact point from the triangle that it names, relative to the triangle's size, beside noise
-/// and depth.
-inline constexpr double contact_triangle_tolerance = 0.01;
-
 /// One listed pair with convex geometry.
 ///     status    right, or the distance is within precision_m of the border to another one (too close)
 ///     distance  within its bounds, which contain the truth and are at most depth_tolerance_m apart. Those of
@@ -308,8 +304,8 @@ inline constexpr double contact_triangle_tolerance = 0.01;
 ///     normal    of unit length; the gap along it is the lower bound of the distance within 4 ulp_m
 ///     points    At half its depth before and behind each point, along the normal, are the surfaces at which
 ///               the bodies face one another, within depth_tolerance_m, and the named triangles. No point is
-///               deeper than the pair, and the depth of the first is minus the distance. Velocities are those
-///               of the rows.
+///               deeper than the pair or, beyond precision_m, farther apart than the margin, and the depth of
+///               the first is minus the distance. Velocities are those of the rows.
 Judgement compare(const World& world, const ContactSearch& search, const PairTruth& truth,
                   const ContactPair& answer);
 

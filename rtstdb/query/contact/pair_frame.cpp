@@ -5,6 +5,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -41,57 +42,60 @@ double largest_coordinate_m(const PairBody& body) noexcept {
   return std::max({largest_m.x, largest_m.y, largest_m.z});
 }
 
-/// A triangle of a hull's mesh, and a point near its plane.
-struct PointOnTriangle {
-  double inside = 0.0;     ///< least barycentric weight of the point's foot: not below 0 in the triangle
-  double square_m2 = 0.0;  ///< squared distance of the point
-
-  PointOnTriangle(const TriangleMesh& mesh, std::uint32_t triangle, const glm::dvec3& point_m) noexcept {
-    const glm::uvec3& corners = mesh.triangles[triangle];
-    const glm::dvec3 a(mesh.positions_m[corners.x]);
-    const glm::dvec3 b(mesh.positions_m[corners.y]);
-    const glm::dvec3 c(mesh.positions_m[corners.z]);
-    const glm::dvec3 n = glm::cross(b - a, c - a);
-    const double nn = std::max(glm::dot(n, n), std::numeric_limits<double>::min());
-    const double u = glm::dot(glm::cross(point_m - a, c - a), n) / nn;
-    const double v = glm::dot(glm::cross(b - a, point_m - a), n) / nn;
-    inside = std::min({u, v, 1.0 - u - v});
-    const double height_m = glm::dot(point_m - a, n);
-    square_m2 = inside >= 0.0
-                    ? height_m * height_m / nn
-                    : std::min({to_edge(a, b, point_m), to_edge(b, c, point_m), to_edge(c, a, point_m)});
+/// Squared distance of a point from a triangle of a scaled hull's mesh.
+double square_distance_m2(const accel::GeometryPool::PooledHull& hull, const glm::dvec3& scale,
+                          std::uint32_t triangle, const glm::dvec3& point_m) noexcept {
+  constexpr double tiny = std::numeric_limits<double>::min();
+  const glm::uvec3& corners = hull.mesh->triangles[triangle];
+  const std::array<glm::dvec3, 3> c{glm::dvec3(hull.mesh->positions_m[corners.x]) * scale,
+                                    glm::dvec3(hull.mesh->positions_m[corners.y]) * scale,
+                                    glm::dvec3(hull.mesh->positions_m[corners.z]) * scale};
+  const glm::dvec3 n = glm::cross(c[1] - c[0], c[2] - c[0]);
+  bool is_inside = true;
+  double to_sides_m2 = std::numeric_limits<double>::max();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const glm::dvec3 side = c[(i + 1) % 3] - c[i];
+    const glm::dvec3 off = point_m - c[i];
+    const double along = std::clamp(glm::dot(off, side) / std::max(glm::dot(side, side), tiny), 0.0, 1.0);
+    const glm::dvec3 to_side = off - along * side;
+    to_sides_m2 = std::min(to_sides_m2, glm::dot(to_side, to_side));
+    is_inside = is_inside && glm::dot(glm::cross(side, off), n) >= 0.0;
   }
+  const double height = glm::dot(point_m - c[0], n);
+  return is_inside ? height * height / std::max(glm::dot(n, n), tiny) : to_sides_m2;
+}
 
- private:
-  static double to_edge(const glm::dvec3& from, const glm::dvec3& to, const glm::dvec3& point_m) noexcept {
-    const glm::dvec3 edge = to - from;
-    const double along =
-        glm::dot(point_m - from, edge) / std::max(glm::dot(edge, edge), std::numeric_limits<double>::min());
-    const glm::dvec3 off = point_m - from - std::clamp(along, 0.0, 1.0) * edge;
-    return glm::dot(off, off);
-  }
-};
-
-/// The triangle at the point: of the face, or, where that does not reach the point, the nearest of all.
-std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, std::uint32_t face,
-                          const glm::dvec3& point_m) noexcept {
-  constexpr double outside = -0.01;  // in barycentric weights: farther than rounding explains
+/// The triangle at the point: the nearest of the face, or, where that is farther than `precision_m`, the
+/// nearest of all.
+std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, const glm::dvec3& scale,
+                          std::uint32_t face, const glm::dvec3& point_m, double precision_m) noexcept {
   const std::span all(hull.hull->face_triangles);
+  std::uint32_t best = all.front();
+  double least_m2 = std::numeric_limits<double>::max();
+  const auto search = [&](std::span<const std::uint32_t> triangles) {
+    for (const std::uint32_t triangle : triangles) {
+      const double square_m2 = square_distance_m2(hull, scale, triangle, point_m);
+      if (square_m2 >= least_m2) continue;
+      least_m2 = square_m2;
+      best = triangle;
+    }
+  };
   // A solid's curved surface is not among its faces, and its faces have no triangles.
-  const bool has_face = face < hull.hull->faces.size();
-  const ConvexHull::Face of_hull = has_face ? hull.hull->faces[face] : ConvexHull::Face{};
-  std::uint32_t best = all[of_hull.first_triangle];
-  double best_inside = -std::numeric_limits<double>::infinity();
-  for (const std::uint32_t triangle : all.subspan(of_hull.first_triangle, of_hull.triangle_count)) {
-    const double inside = PointOnTriangle(*hull.mesh, triangle, point_m).inside;
-    if (inside <= best_inside) continue;
-    best_inside = inside;
-    best = triangle;
+  if (face < hull.hull->faces.size()) {
+    const ConvexHull::Face& of_hull = hull.hull->faces[face];
+    search(all.subspan(of_hull.first_triangle, of_hull.triangle_count));
   }
-  if (best_inside >= outside) return best;
-  return *std::ranges::min_element(all, {}, [&](std::uint32_t triangle) {
-    return PointOnTriangle(*hull.mesh, triangle, point_m).square_m2;
-  });
+  if (least_m2 > precision_m * precision_m) search(all);
+  return best;
+}
+
+/// The width of the bounds of convex bodies whose centres are `between_m` apart.
+double precision_of_m(const PairBody& first, const PairBody& second, double between_m) noexcept {
+  const double first_m = diagonal_m(first);
+  const double second_m = diagonal_m(second);
+  return std::max({contact_precision * std::min(first_m, second_m),
+                   8.0 * ulp_m(largest_coordinate_m(first_m >= second_m ? first : second)),
+                   16.0 * half_unit * (between_m - 0.5 * (first_m + second_m))});
 }
 
 }  // namespace
@@ -118,20 +122,22 @@ PairFrame::PairFrame(const PairBody& first, const PairBody& second, WorldTime t)
       first_scale(first.row.scale),
       second_scale(second.row.scale),
       first_hull(first.hull),
-      second_hull(second.hull) {}
+      second_hull(second.hull),
+      precision_m(precision_of_m(
+          first, second, glm::length(from_first(glm::vec3(0.0f)) - q_first * hull_center_m(first)))) {}
 
 ContactPoint PairFrame::contact_point(const glm::vec4& point, const glm::vec3& n_world,
                                       std::uint32_t first_face, std::uint32_t second_face) const noexcept {
   const glm::dvec3 p_first_m = from_first(glm::vec3(point));
   const float depth_m = point.w;
   const glm::dvec3 half_m = 0.5 * static_cast<double>(depth_m) * glm::dvec3(n_world);
-  const glm::dvec3 on_first_m = (glm::conjugate(q_first) * (p_first_m - half_m)) / first_scale;
-  const glm::dvec3 on_second_m = (glm::conjugate(q_second) * (p_first_m - second_m + half_m)) / second_scale;
+  const glm::dvec3 on_first_m = glm::conjugate(q_first) * (p_first_m - half_m);
+  const glm::dvec3 on_second_m = glm::conjugate(q_second) * (p_first_m - second_m + half_m);
   return {.p_first_m = glm::vec3(p_first_m),
           .n_world = n_world,
           .depth_m = depth_m,
-          .first_triangle = triangle_at(first_hull, first_face, on_first_m),
-          .second_triangle = triangle_at(second_hull, second_face, on_second_m),
+          .first_triangle = triangle_at(first_hull, first_scale, first_face, on_first_m, precision_m),
+          .second_triangle = triangle_at(second_hull, second_scale, second_face, on_second_m, precision_m),
           .v_relative_mps = v_relative_at_mps(p_first_m)};
 }
 
@@ -151,10 +157,6 @@ shared::PairRecord pair_record(const PairBody& first, const PairBody& second, Wo
   // Upper bound: rotating a point of the first body makes 12 roundings of half a unit, and its scale, the
   // sum with the centre and the product with a direction the rest.
   const double rounding_m = half_unit * (12.0 * first_m + 4.0 * second_m + 8.0 * between_m);
-  const double precision_m =
-      std::max({contact_precision * std::min(first_m, second_m),
-                8.0 * ulp_m(largest_coordinate_m(first_m >= second_m ? first : second)),
-                16.0 * half_unit * (between_m - 0.5 * (first_m + second_m))});
   return {.q = glm::vec4(q),
           .q_low = remainder_of(q),
           .center_m = glm::vec3(center_m),
@@ -168,7 +170,7 @@ shared::PairRecord pair_record(const PairBody& first, const PairBody& second, Wo
           .second_scale = glm::vec3(second.row.scale),
           .rounding_m = static_cast<float>(rounding_m),
           .second_scale_low = remainder_of(second.row.scale),
-          .precision_m = static_cast<float>(precision_m),
+          .precision_m = static_cast<float>(precision_of_m(first, second, between_m)),
           .omitted_m = static_cast<float>(omitted_m(first) + omitted_m(second))};
 }
 

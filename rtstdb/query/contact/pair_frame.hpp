@@ -41,6 +41,7 @@ struct PairFrame : BodyPoses {
   glm::dvec3 second_center_m{0.0};  ///< of the second hull, second entity's frame, scaled
   glm::dvec3 first_scale{1.0}, second_scale{1.0};
   accel::GeometryPool::PooledHull first_hull, second_hull;
+  double precision_m = 0.0;  ///< the width of the pair's bounds
 
   PairFrame() = default;
   PairFrame(const PairBody& first, const PairBody& second, WorldTime t) noexcept;

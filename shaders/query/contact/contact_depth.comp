@@ -27,6 +27,7 @@ const uint max_vertices = 128u;
 const uint max_faces = 2u * max_vertices;  // a closed polytope of n vertices has 2 n - 4
 const uint local_vertices = 32u;           // of them, for the search in the best direction
 const uint faces_per_step = 4u;
+const double half_unit = 1.2e-16LF;  // an upper bound of a rounding, relative
 const uint reserved_rounds = 4000u;  // for the search for the point after the loop
 
 // The polytope. The corners of a face are numbers of vertices, counter-clockwise from outside; its neighbours
@@ -38,6 +39,7 @@ uint face_corners[max_faces];
 uint face_neighbours[max_faces];
 dvec3 face_normals[max_faces];     // unit
 double face_distances[max_faces];  // from the origin; real_max: of a face without area
+float face_roundings[max_faces];   // bounds of the errors of these distances
 uint faces = 0u;
 
 // Faces that see a new vertex and are removed, and the edges around them.
@@ -75,6 +77,9 @@ void set_face(uint face, uvec3 corners, uvec3 neighbours) {
   face_neighbours[face] = neighbours.x | neighbours.y << 8 | neighbours.z << 16;
   face_normals[face] = n;
   face_distances[face] = area > 1e-14LF * longest ? dot(n, nearest) : real_max;
+  // Rounding turns the normal of a thin triangle, and so its plane about that corner.
+  const double turned = area > 1e-14LF * longest ? 8.0LF * half_unit * longest / area : 0.0LF;
+  face_roundings[face] = float(turned * sqrt(min(min(i_square, j_square), k_square)));
 }
 
 // The corners of a tetrahedron of support points, as large as simple choices make it. False: the difference
@@ -153,7 +158,7 @@ uint nearest_face(bool is_local, dvec3 n) {
     if (f < faces) {
       [[unroll]] for (uint k = 0u; k < faces_per_step; ++k) {
         const uint face = min(f + k, max_faces - 1u);
-        const double distance = face_distances[face];
+        const double distance = face_distances[face] - double(face_roundings[face]);
         const double score = is_local && distance < real_max ? -dot(face_normals[face], n) : distance;
         const bool is_nearer = f + k < faces && score < least;
         best = is_nearer ? face : best;
@@ -318,7 +323,7 @@ void main() {
       const double height = dot(found.w, outward);
       // The body ends at the face. In the best direction alone, that face may be far from the least depth.
       const bool is_end = height - distance <= 0.1LF * rounding && height <= upper + 0.1LF * rounding;
-      lower = is_local ? lower : max(lower, min(distance, height));
+      lower = is_local ? lower : max(lower, min(distance - double(face_roundings[face]), height));
       n = height < upper ? -outward : n;
       upper = min(upper, height);
       // Curved bodies may have nearly the same depth in more directions than the polytope can follow. When

@@ -62,7 +62,11 @@ void main() {
 #ifndef CONTACT_DOUBLE
   // Rounding turns the normal by less than a degree.
   const bool has_normal = found.lower > 100.0 * rounding;
-  const bool is_sure = has_normal && !is_curved && result.max_m - result.min_m <= record.precision_m;
+  // Contact points need both ends of the span, and the answer has one of them and the direction.
+  const bool has_points = found.lower > record.margin_m + rounding ||
+                          distance(found.span, found.upper * n) <= 0.25 * record.precision_m;
+  const bool is_narrow = result.max_m - result.min_m <= record.precision_m;
+  const bool is_sure = has_normal && !is_curved && is_narrow && has_points;
   state = is_far || is_sure ? pair_known : overlaps ? pair_needs_depth : pair_needs_double;
 #endif
   result.state = loops_still_turn(args.loop_probe) ? state : pair_unfinished;

@@ -65,11 +65,42 @@ real crossing_of(Face first, Face second) {
   return length(cross(normalize(first.to - first.from), normalize(second.to - second.from)));
 }
 
-// The score of a face: the cosine between its normal and `direction`, less the distance of `point` from its
-// plane beyond slack_m, in units of slack_m.
-real score_of(real3 normal, real3 on_plane, real3 point, real3 direction, real slack_m) {
-  const real off = max(abs(dot(normal, point - on_plane)) - slack_m, 0.0);
-  return dot(normal, direction) - off / slack_m;
+// The score of a face: the cosine between its normal and `direction`, less the distance of the point from the
+// face beyond slack_m, in units of slack_m.
+real score_of(real3 normal, real off_m, real3 direction, real slack_m) {
+  return dot(normal, direction) - max(off_m - slack_m, 0.0LF) / slack_m;
+}
+
+// A face under test. The sides of its polygon are tested one by one where its plane is near the point.
+struct FaceTest {
+  Face face;
+  real height;        // of the point above its plane, absolute
+  real side_square;   // the least squared distance of the point from the sides tested so far
+  bool is_beside;     // the point is outside one of them
+  uint tested_sides;  // of the polygon
+};
+
+FaceTest test_of(Hull hull, uint f, real3 point) {
+  const vec4 texel = texelFetch(hulls, int(hull.face_texel + f));
+  const uint polygon = floatBitsToUint(texel.w);
+  const uint first = hull.polygon_texel + (polygon & 0xFFFFFFu);
+  const real3 normal = normalize(hull.axes * (real3(texel.xyz) / hull.scale));
+  const real height = abs(dot(normal, point - placed(hull, corner_at(hull, first))));
+  return FaceTest(Face(f, normal, first, polygon >> 24, real3(0.0LF), real3(0.0LF)), height, real_max, false,
+                  0u);
+}
+
+// The corners of a polygon are counter-clockwise from its front.
+void test_side(Hull hull, real3 point, inout FaceTest test) {
+  const uint next = test.tested_sides + 1u < test.face.corner_count ? test.tested_sides + 1u : 0u;
+  const real3 from = placed(hull, corner_at(hull, test.face.polygon_texel + test.tested_sides));
+  const real3 side_m = placed(hull, corner_at(hull, test.face.polygon_texel + next)) - from;
+  const real3 off = point - from;
+  const real along = clamp(dot(off, side_m) / max(dot(side_m, side_m), real_tiny), 0.0LF, 1.0LF);
+  const real3 to_side = off - along * side_m;
+  test.side_square = min(test.side_square, dot(to_side, to_side));
+  test.is_beside = test.is_beside || dot(cross(side_m, off), test.face.normal) < 0.0LF;
+  ++test.tested_sides;
 }
 
 // The normal of a polygon in double precision: that of three of its corners, where it differs from the stored
@@ -83,34 +114,39 @@ real3 normal_of_polygon(Hull hull, Face face) {
   return length(cross(unit, face.normal)) < 1e-6LF && dot(unit, face.normal) > 0.0LF ? unit : face.normal;
 }
 
-// The face of a hull that is most perpendicular to `direction`, of those whose plane contains the point.
+// The face of a hull that is most perpendicular to `direction`, of those that the point is on.
 Face face_at(Hull hull, real3 point, real3 direction, real slack_m) {
   Face best = Face(0u, direction, hull.polygon_texel, 0u, real3(0.0LF), real3(0.0LF));
   real best_score = -3.4e38;
   if (hull.round_radius > 0.0) {
     const Face curved = curved_face(hull, direction);
-    best_score =
-        curved.corner_count == 2u ? score_of(curved.normal, curved.from, point, direction, slack_m) : 0.0;
+    const real off_m = abs(dot(curved.normal, point - curved.from));
+    best_score = curved.corner_count == 2u ? score_of(curved.normal, off_m, direction, slack_m) : 0.0;
     // Beside the line: on the end of a capsule.
     if (best_score >= 0.0) best = curved;
     best.index = hull.faces;
     best_score = max(best_score, 0.0);
   }
+  // One loop for faces and sides: lavapipe counts a round of an inner loop for each face.
   uint f = 0u;
+  FaceTest test;
+  test.tested_sides = 0u;
   do {
     ++rounds;
     if (f < hull.faces) {
-      const vec4 texel = texelFetch(hulls, int(hull.face_texel + f));
-      const uint polygon = floatBitsToUint(texel.w);
-      const uint first = hull.polygon_texel + (polygon & 0xFFFFFFu);
-      const real3 normal = normalize(hull.axes * (real3(texel.xyz) / hull.scale));
-      const real3 corner = placed(hull, corner_at(hull, first));
-      const real score = score_of(normal, corner, point, direction, slack_m);
-      if (score > best_score) {
-        best_score = score;
-        best = Face(f, normal, first, polygon >> 24, real3(0.0LF), real3(0.0LF));
+      if (test.tested_sides == 0u) test = test_of(hull, f, point);
+      const real height_score = score_of(test.face.normal, test.height, direction, slack_m);
+      // The plane is as near as the polygon, or nearer. Where it is not near, the face is no better than one
+      // that the point is on.
+      if (test.height < 4.0LF * slack_m && height_score > best_score) test_side(hull, point, test);
+      if (test.tested_sides == 0u || test.tested_sides == test.face.corner_count) {
+        const real off_m = test.is_beside ? sqrt(test.side_square) : test.height;
+        const real score = score_of(test.face.normal, off_m, direction, slack_m);
+        best = score > best_score ? test.face : best;
+        best_score = max(best_score, score);
+        test.tested_sides = 0u;
+        ++f;
       }
-      ++f;
     }
   } while (f < hull.faces);
   if (best.corner_count > 2u) best.normal = normal_of_polygon(hull, best);
@@ -297,7 +333,7 @@ void main() {
     // From the polygon that is clipped to the plane.
     const real3 toward = first_is_plane ? -n : n;
     clip_against_sides(toward);
-    measure(side[0], plane_normal, toward, -record.margin_m - record.rounding_m, depth);
+    measure(side[0], plane_normal, toward, -record.margin_m - 0.5LF * record.precision_m, depth);
   }
 
   PairPoints found;

@@ -12,6 +12,7 @@ struct HullDistance {
   real lower;       // bounds of the distance, without rounding; not above 0: the hulls may overlap
   real upper;
   real3 point;  // of the first hull
+  real3 span;   // to that point from the nearest one of the second hull; as long as the upper bound
   real inside;  // above 0: the hulls overlap, and the Minkowski difference holds a ball of this radius
 };
 
@@ -27,7 +28,7 @@ HullDistance distance_between(Hull first, Hull second, real3 direction, real rou
   Simplex s;
   s.count = 0u;
   s.weights = real4(0.0);
-  HullDistance found = HullDistance(direction, -real_max, real_max, real3(0.0), real(0.0));
+  HullDistance found = HullDistance(direction, -real_max, real_max, real3(0.0), real3(0.0), real(0.0));
   real3 next = direction;
   real3 a = real3(0.0);
   uint iteration = 0u;
@@ -64,6 +65,7 @@ HullDistance distance_between(Hull first, Hull second, real3 direction, real rou
           next = direction_to(s, v);
           found.upper = distance;
           found.point = a;
+          found.span = v;
           goes_on = distance > rounding && ++iteration < max_iterations;
         }
       }

@@ -14,7 +14,8 @@ struct NearestOfSimplex {
   real4 weights;  // exactly 0: the nearest point does not depend on this point
   real square;
   bool holds_origin;
-  real inside;  // of a simplex that holds the origin: the origin's distance from its faces
+  // Of a simplex that holds the origin: a lower bound, above 0, of the origin's distance from its faces.
+  real inside;
 };
 
 // The point of a triangle, or of the whole triangle's border, that is nearest to the origin.
@@ -73,17 +74,19 @@ real4 weights_of(NearestOfTriangle point, uvec3 corners) {
 
 // The distance of the origin from a face of a tetrahedron, on the side of the fourth corner; not above 0: the
 // face separates the origin from that corner. So does each face of a tetrahedron that is so flat that
-// rounding decides on which side the corner is.
-real height_above(Simplex s, uvec3 corners, uint fourth) {
+// rounding decides on which side the corner is. `error`: a bound of the rounding, which turns thin faces.
+real height_above(Simplex s, uvec3 corners, uint fourth, out real error) {
   const real3 a = s.w[corners.x];
   const real3 d = s.w[fourth];
   const real3 ab = s.w[corners.y] - a;
   const real3 ac = s.w[corners.z] - a;
   const real3 n = cross(ab, ac);
   const real height = dot(n, d - a);
-  const real rounding = real(8.0) * real_epsilon * length(ab) * length(ac) * (length(a) + length(d));
+  const real per_length = real(8.0) * real_epsilon * length(ab) * length(ac);
   const real origin = height < real(0.0) ? dot(n, a) : -dot(n, a);
-  return abs(height) > rounding ? origin / max(length(n), real_tiny) : real(0.0);
+  const real area = max(length(n), real_tiny);
+  error = per_length * length(a) / area;
+  return abs(height) > per_length * (length(a) + length(d)) ? origin / area : real(0.0);
 }
 
 NearestOfSimplex nearest_of(Simplex s) {
@@ -103,13 +106,14 @@ NearestOfSimplex nearest_of(Simplex s) {
   const uint fourths[4] = uint[](3u, 2u, 1u, 0u);
   [[unroll]] for (uint i = 0u; i < 4u; ++i) {
     const NearestOfTriangle point = nearest_of_triangle(s.w[faces[i].x], s.w[faces[i].y], s.w[faces[i].z]);
-    const real height = height_above(s, faces[i], fourths[i]);
+    real error;
+    const real height = height_above(s, faces[i], fourths[i], error);
     const bool separates = !(height > real(0.0));
     const bool is_better = separates && point.square < best.square;
     best.weights = is_better ? weights_of(point, faces[i]) : best.weights;
     best.square = is_better ? point.square : best.square;
     best.holds_origin = best.holds_origin && !separates;
-    best.inside = min(best.inside, height);
+    best.inside = min(best.inside, max(height - error, real_tiny));
   }
   return best;
 }
