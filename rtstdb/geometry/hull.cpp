@@ -31,14 +31,14 @@ Result<HullTriangles> checked_hull(std::span<const glm::vec3> points_m) {
       return no_hull(count, ", of which point " + std::to_string(i) + " is " + text_of(glm::dvec3(p_m)) +
                                 "; finite numbers are needed");
   }
-  if (count < 4) return no_hull(count, " that span no volume; at least 4 are needed");
+  if (count < 4) return no_hull(count, ", which span no volume; at least 4 are needed");
   const double limit_m = hull_tolerance_ulp * ulp_m(points_m);
   auto hull = hull_triangles(points_m);
   const auto thin = hull ? thin_direction(*hull, points_m, limit_m) : ThinDirection{};
   if (!thin) return std::move(*hull);
   char text[160];
   std::snprintf(text, sizeof text,
-                " that span no volume: they are %.4g m thick, and at least %.4g m are needed, which is %g "
+                " that are too thin: they are %.4g m thick, and at least %.4g m are needed, which is %g "
                 "times the precision of their largest coordinate",
                 thin->extent_m, limit_m, hull_tolerance_ulp);
   return no_hull(count, text);

@@ -74,8 +74,11 @@ Error refused(const Solid& solid, const std::string& fault) {
   return {ErrorCode::bad_input, std::string("the ") + to_string(solid.kind) + " " + fault};
 }
 
-/// Empty: the sizes of the solid are valid.
-std::string fault_of_sizes(const Solid& solid) {
+/// Empty: kind and sizes of the solid are valid.
+std::string fault_of_values(const Solid& solid) {
+  if (solid.kind > SolidKind::cylinder)
+    return "has the kind " + std::to_string(static_cast<int>(solid.kind)) +
+           ", which is none of the enumerators";
   const auto is_size = [](double value) { return std::isfinite(value) && value > 0.0; };
   if (solid.kind == SolidKind::box) {
     if (!is_size(solid.size_m.x) || !is_size(solid.size_m.y) || !is_size(solid.size_m.z))
@@ -192,7 +195,7 @@ const char* to_string(SolidKind kind) noexcept {
 }
 
 Result<ConvexHull> solid_hull(const MeshView& mesh, const Solid& solid) {
-  if (const std::string fault = fault_of_sizes(solid); !fault.empty()) return refused(solid, fault);
+  if (const std::string fault = fault_of_values(solid); !fault.empty()) return refused(solid, fault);
   if (const std::string fault = fault_of_mesh(mesh, solid); !fault.empty()) return refused(solid, fault);
   return recovered_solid_hull(mesh, solid);
 }

@@ -81,7 +81,7 @@ std::string fault_itself(const BadInput& fault) {
                sentence("%.9g m", max_coordinate_m);
       return "a value is beyond its limit: " + values_of(fault);
     case BadInputReason::unknown_entity:
-      return name(fault.entity) + " does not exist";
+      return fault.entity.valid() ? name(fault.entity) + " does not exist" : "it names no entity";
     case BadInputReason::unknown_geometry:
       return sentence("geometry %.0f does not exist", fault.values[0]);
     case BadInputReason::unknown_material:

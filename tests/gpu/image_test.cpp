@@ -339,6 +339,10 @@ TEST_F(ImageTest, RefusesBadCamerasWithValueAndLimits) {
   expect_sentence({.row_time = Nanoseconds(200'000'000)},
                   "time from the first to the last instant of the image is 1.4 s; it must be 0 to 1 s");
   expect_sentence({.near_m = 0.0f}, "near_m is 0; it must be 0.0001 to 10000");
+  for (const double limit_m : {min_image_near_m, max_image_near_m}) {
+    query->cameras()[0] = {.near_m = static_cast<float>(limit_m)};
+    EXPECT_TRUE(run(*query, 1).done()) << limit_m << " m is allowed";
+  }
   const auto drawn = prepare(
       ImageQueryOptions{.name = "drawn", .width = 4, .height = 8, .first_hits = FirstHits::rasterised});
   drawn->cameras()[0] = {.row_time = Nanoseconds(1)};

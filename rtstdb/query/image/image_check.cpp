@@ -48,6 +48,14 @@ std::optional<BadInput> check_value(const char* field, double value, double lowe
                     value, {.lowest = lowest, .highest = highest});
 }
 
+/// As above for a field in single precision, whose rounded limits are allowed.
+std::optional<BadInput> check_value(const char* field, float value, double lowest, double highest,
+                                    std::uint32_t element) noexcept {
+  if (value >= static_cast<float>(lowest) && value <= static_cast<float>(highest)) return std::nullopt;
+  return with_field(BadInput{.reason = BadInputReason::bad_camera, .element = element, .entity = {}}, field,
+                    static_cast<double>(value), {.lowest = lowest, .highest = highest});
+}
+
 /// Refuses a duration outside [0, longest].
 std::optional<BadInput> check_duration(const char* field, Nanoseconds value, Nanoseconds longest,
                                        std::uint32_t element) noexcept {
@@ -150,11 +158,10 @@ std::optional<BadInput> check_camera(const Camera& camera, const ImageQueryOptio
   if (const auto bad = check_value("horizontal_angle_rad", static_cast<double>(camera.horizontal_angle_rad),
                                    lowest_rad, highest_rad, element))
     return bad;
-  if (const auto bad = check_value("near_m", static_cast<double>(camera.near_m), min_image_near_m,
-                                   max_image_near_m, element))
+  if (const auto bad = check_value("near_m", camera.near_m, min_image_near_m, max_image_near_m, element))
     return bad;
-  if (const auto bad = check_value("exposure_value", static_cast<double>(camera.exposure_value),
-                                   min_exposure_value, max_exposure_value, element))
+  if (const auto bad = check_value("exposure_value", camera.exposure_value, min_exposure_value,
+                                   max_exposure_value, element))
     return bad;
   constexpr Nanoseconds longest(max_query_window_ns);
   const Nanoseconds longest_row = options.first_hits == FirstHits::rasterised ? Nanoseconds(0) : longest;

@@ -29,11 +29,12 @@ std::optional<BadInput> check_impact_search(const ImpactSearch& search, std::uin
     return with_duration(BadInput{.reason = BadInputReason::bad_impact, .element = element, .entity = {}},
                          "window", search.window, Nanoseconds(0), longest);
   }
-  // A NaN fails both conditions.
-  const auto tolerance_m = static_cast<double>(search.tolerance_m);
-  if (!(tolerance_m >= min_impact_tolerance_m && tolerance_m <= max_contact_margin_m)) {
+  // In single precision, so that the limits themselves are allowed. A NaN fails both conditions.
+  constexpr auto lowest_m = static_cast<float>(min_impact_tolerance_m);
+  constexpr auto highest_m = static_cast<float>(max_contact_margin_m);
+  if (!(search.tolerance_m >= lowest_m && search.tolerance_m <= highest_m)) {
     return with_field(BadInput{.reason = BadInputReason::bad_impact, .element = element, .entity = {}},
-                      "tolerance_m", tolerance_m,
+                      "tolerance_m", static_cast<double>(search.tolerance_m),
                       {.lowest = min_impact_tolerance_m, .highest = max_contact_margin_m});
   }
   if (const auto bad = check_body(search.first, element, rows)) return bad;

@@ -60,7 +60,7 @@ TEST(GivenParts, WrongOnesAreRefusedWithTheirValues) {
   flat.parts_m[1].resize(4);
   for (glm::vec3& p : flat.parts_m[1])
     p.z = 0.0f;
-  flat.expect_refused("convex part 1 has 4 points that span no volume: they are 0 m thick, and at least ");
+  flat.expect_refused("convex part 1 has 4 points that are too thin: they are 0 m thick, and at least ");
   Halves few;
   few.parts_m[0].resize(3);
   few.expect_refused("convex part 0 has 3 points");
@@ -124,7 +124,7 @@ TEST(GivenParts, OfALogAreNeverRefused) {
   for (glm::vec3& p : thin.mesh.positions_m)
     p += glm::vec3(9e4f, 0.0f, 0.0f);
   thin.parts_m = {thin.mesh.positions_m};
-  thin.expect_refused("convex part 0 has 8 points that span no volume");
+  thin.expect_refused("convex part 0 has 8 points that are too thin");
   const auto hulls = recovered_convex_parts(thin.mesh, thin.parts_m);
   ASSERT_EQ(hulls.size(), 1u);
   EXPECT_EQ(hulls[0].faces.size(), 2u) << "a flat hull";
@@ -135,7 +135,7 @@ TEST(GivenParts, OfALogAreNeverRefused) {
   EXPECT_EQ(recovered_convex_parts(other.mesh, other.parts_m).size(), 1u);
   Halves line;
   line.parts_m = {{{0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f}, {0.5f, 0.0f, 0.0f}, {0.25f, 0.0f, 0.0f}}};
-  line.expect_refused("span no volume");
+  line.expect_refused("are too thin");
   const auto of_mesh = recovered_convex_parts(line.mesh, line.parts_m);
   ASSERT_EQ(of_mesh.size(), 1u);
   EXPECT_EQ(of_mesh[0].corners_m.size(), 8u) << "the hull of the mesh";

@@ -315,16 +315,15 @@ TEST(MakeHull, RefusesWithNumbers) {
     EXPECT_EQ(result.error().code, ErrorCode::bad_input);
     return result.error().message;
   };
-  EXPECT_EQ(refusal({}), "a hull of 0 points that span no volume; at least 4 are needed");
+  EXPECT_EQ(refusal({}), "a hull of 0 points, which span no volume; at least 4 are needed");
   EXPECT_EQ(refusal({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}),
-            "a hull of 3 points that span no volume; at least 4 are needed");
+            "a hull of 3 points, which span no volume; at least 4 are needed");
   EXPECT_EQ(refusal({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, std::numeric_limits<float>::infinity(), 1}}),
             "a hull of 4 points, of which point 3 is (0, inf, 1); finite numbers are needed");
   const std::string of_thin = refusal({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25f, 0.25f, 0x1p-22f}});
-  EXPECT_EQ(
-      of_thin,
-      "a hull of 4 points that span no volume: they are 2.384e-07 m thick, and at least 4.768e-07 m are "
-      "needed, which is 4 times the precision of their largest coordinate");
+  EXPECT_EQ(of_thin,
+            "a hull of 4 points that are too thin: they are 2.384e-07 m thick, and at least 4.768e-07 m are "
+            "needed, which is 4 times the precision of their largest coordinate");
   EXPECT_NE(refusal(Points(100, {1.0f, 2.0f, 3.0f})).find("0 m thick"), std::string::npos);
   Points line;
   for (int i = 0; i < 50; ++i)

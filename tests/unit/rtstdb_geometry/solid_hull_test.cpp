@@ -100,6 +100,8 @@ TEST(SolidHull, RefusesAMeshThatIsAPartOfTheSolid) {
 
 TEST(SolidHull, RefusesSizesThatAreNone) {
   const TriangleMesh sphere = make_sphere(1.0);
+  expect_refused(sphere, {.kind = static_cast<SolidKind>(9), .radius_m = 1.0},
+                 "has the kind 9, which is none of the enumerators");
   expect_refused(sphere, {.kind = SolidKind::sphere}, "has the radius 0 m");
   expect_refused(sphere, {.kind = SolidKind::sphere, .radius_m = -1.0}, "has the radius -1 m");
   expect_refused(sphere, {.kind = SolidKind::cylinder, .radius_m = 1.0}, "has the height 0 m");
