@@ -160,7 +160,7 @@ namespace {
 Judgement judge_points(const PosedPair& pair, const PairTruth& truth, double margin_m,
                        const ContactPair& answer) {
   const bool needs_point = answer.status != PairStatus::separate;
-  if (answer.point_count > answer.points.size() || (needs_point && answer.point_count == 0))
+  if (answer.point_count > answer.points.size() || needs_point == (answer.point_count == 0))
     return judged(Verdict::differs, "%u contact points", answer.point_count);
   if (answer.point_count == 0) return {};
   const auto depth_m = static_cast<double>(answer.points[0].depth_m);

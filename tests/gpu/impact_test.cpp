@@ -220,7 +220,7 @@ TEST_F(ImpactTest, BadInputIsRefused) {
   EXPECT_NE(refusal({.first = first, .window = 11s}).find("window is 11 s;"), std::string::npos);
   EXPECT_NE(refusal({.first = first, .tolerance_m = 0.0f}).find("tolerance_m is 0"), std::string::npos);
   EXPECT_NE(refusal({.first = first, .second = first}).find("meet itself"), std::string::npos);
-  EXPECT_EQ(refusal({}), "query 'impacts', element 0: it names no entity");
+  EXPECT_EQ(refusal({}), "unknown_entity: it names no entity");
   for (const double limit_m : {min_impact_tolerance_m, max_contact_margin_m}) {
     query->searches()[0] = {.first = first, .tolerance_m = static_cast<float>(limit_m)};
     EXPECT_TRUE(run(*query, 1).done()) << limit_m << " m is allowed";

@@ -71,12 +71,12 @@ std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, const glm
                           std::uint32_t face, const glm::dvec3& point_m, double precision_m) noexcept {
   const std::span all(hull.hull->face_triangles);
   std::uint32_t best = all.front();
-  double least_m2 = std::numeric_limits<double>::max();
+  double min_square_m2 = std::numeric_limits<double>::max();
   const auto search = [&](std::span<const std::uint32_t> triangles) {
     for (const std::uint32_t triangle : triangles) {
       const double square_m2 = square_distance_m2(hull, scale, triangle, point_m);
-      if (square_m2 >= least_m2) continue;
-      least_m2 = square_m2;
+      if (square_m2 >= min_square_m2) continue;
+      min_square_m2 = square_m2;
       best = triangle;
     }
   };
@@ -85,7 +85,7 @@ std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, const glm
     const ConvexHull::Face& of_hull = hull.hull->faces[face];
     search(all.subspan(of_hull.first_triangle, of_hull.triangle_count));
   }
-  if (least_m2 > precision_m * precision_m) search(all);
+  if (min_square_m2 > precision_m * precision_m) search(all);
   return best;
 }
 

@@ -284,6 +284,7 @@ TEST(CompareContactPair, IsTooCloseAtABorder) {
     const ContactSearch search = search_of(first_id, is_named ? second_id : EntityId{}, margin_m);
     ContactPair answer = rounded(scene.world(), search, first_id, second_id);
     answer.status = status;
+    answer.point_count = status == PairStatus::separate ? 0 : 1;
     return pair_verdict(scene.world(), search, answer);
   };
   // precision_m is about 0.07 mm.

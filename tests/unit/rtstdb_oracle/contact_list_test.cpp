@@ -274,6 +274,7 @@ TEST_F(CompareContactBoxes, AdmitsEitherListAtTheBorder) {
   EXPECT_EQ(verdict(listed), Verdict::agrees);
   ContactPair near = rounded(scene_.world(), search_, first_id, {4, 1});
   near.status = PairStatus::near;
+  near.point_count = 1;
   listed.pairs.push_back(near);
   listed.found = 4;
   EXPECT_EQ(verdict(listed), Verdict::too_close);

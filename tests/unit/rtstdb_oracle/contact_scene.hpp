@@ -129,7 +129,7 @@ inline ContactPair rounded(const World& world, const ContactSearch& search, Enti
   answer.min_distance_m = std::nextafter(answer.distance_m, -INFINITY);
   answer.max_distance_m = std::nextafter(answer.distance_m, INFINITY);
   answer.n_world = glm::vec3(truth.n_world);
-  answer.point_count = 1;
+  answer.point_count = answer.status == PairStatus::separate ? 0 : 1;
   answer.points[0] = contact_between(pair, on_first_m, on_second_m, -truth.distance_m);
   answer.points[0].n_world = answer.n_world;
   return answer;
