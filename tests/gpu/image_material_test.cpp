@@ -49,12 +49,12 @@ class ImageOfMaterials : public ImageTest, public testing::WithParamInterface<Im
  protected:
   /// Mean colours of cameras.
   std::vector<double> means_of(const std::vector<Camera>& cameras, std::uint32_t samples,
-                               std::uint32_t bounces) {
+                               std::uint32_t bounces, std::uint32_t side = 8) {
     const auto query =
         prepare(ImageQueryOptions{.name = "cameras",
                                   .capacity = static_cast<std::uint32_t>(cameras.size()),
-                                  .width = 8,
-                                  .height = 8,
+                                  .width = side,
+                                  .height = side,
                                   .mode = GetParam(),
                                   .outputs = linear_color,
                                   .samples_per_pixel = GetParam() == ImageMode::real_time ? 1u : samples,
@@ -68,11 +68,12 @@ class ImageOfMaterials : public ImageTest, public testing::WithParamInterface<Im
     return means;
   }
   void expect_furnace(const std::vector<Material>& materials, const std::vector<Camera>& cameras,
-                      std::uint32_t bounces) {
-    const std::vector<double> means = means_of(cameras, 256, bounces);
+                      std::uint32_t bounces, double share = 0.01, std::uint32_t samples = 256,
+                      std::uint32_t side = 8) {
+    const std::vector<double> means = means_of(cameras, samples, bounces, side);
     for (std::size_t k = 0; k < means.size(); ++k) {
       const Material& m = materials[k];
-      EXPECT_NEAR(means[k], sky_cdpm2, 0.01 * sky_cdpm2)
+      EXPECT_NEAR(means[k], sky_cdpm2, share * sky_cdpm2)
           << "metallic " << m.metallic << ", roughness " << m.roughness << ", transmission " << m.transmission
           << ", index " << m.refractive_index;
     }
@@ -105,8 +106,7 @@ TEST_P(ImageOfMaterials, AWhitePlateIsAsBrightAsTheSky) {
   }
 }
 
-/// At all angles of incidence. Spheres that are clear in part are left out: light may be reflected within
-/// them more often than an image allows.
+/// At all angles of incidence.
 TEST_P(ImageOfMaterials, AWhiteOpaqueSphereIsAsBrightAsTheSky) {
   create_uniform_sky();
   const GeometryId sphere = add(make_sphere(1.0, 4));
@@ -120,6 +120,53 @@ TEST_P(ImageOfMaterials, AWhiteOpaqueSphereIsAsBrightAsTheSky) {
     cameras.push_back({.p_m = {0.0f, static_cast<float>(y_m), 0.0f}, .horizontal_angle_rad = 0.3f});
   }
   expect_furnace(materials, cameras, 4);
+}
+
+/// Light is reflected within a sphere that is clear in part until it passes through the clear part. Spheres
+/// with little of it, or with a high index, reflect light within more often than an image allows.
+TEST_P(ImageOfMaterials, AWhiteClearSphereIsAsBrightAsTheSky) {
+  create_uniform_sky();
+  const GeometryId sphere = add(make_sphere(1.0, 4));
+  std::vector<Material> materials;
+  for (const double index : {1.2, 1.5})
+    for (const double roughness : {0.0, 1.0})
+      for (const double metallic : {0.0, 0.5})
+        materials.push_back({.base_color = glm::dvec3(1.0),
+                             .metallic = metallic,
+                             .roughness = roughness,
+                             .transmission = 1.0,
+                             .refractive_index = index});
+  std::vector<Camera> cameras;
+  for (std::size_t k = 0; k < materials.size(); ++k) {
+    const double y_m = spacing_m * static_cast<double>(k);
+    create_body(sphere, {5.0, y_m, 0.0}, materials[k]);
+    cameras.push_back({.p_m = {0.0f, static_cast<float>(y_m), 0.0f}, .horizontal_angle_rad = 0.3f});
+  }
+  expect_furnace(materials, cameras, 64, 0.02, 8, 48);
+}
+
+/// A path whose mirror leads into the surface is lost, and others are brighter for it: within a body the
+/// brightness grows from bounce to bounce of ever fewer paths. So few paths of a rough mirror may do so.
+TEST_F(ImageTest, ARoughMirrorLosesFewPaths) {
+  const glm::dvec3 all(sky_cdpm2);
+  create_light({.kind = LightKind::sky, .zenith_cdpm2 = all, .horizon_cdpm2 = all, .ground_cdpm2 = all});
+  create_body(add(make_rectangle(4.0, 4.0)), {}, {.base_color = glm::dvec3(1.0), .metallic = 1.0});
+  for (const double angle_rad : {1.5, 0.8, 0.4}) {  // between the plate and the ray
+    const glm::dvec3 from = 5.0 * glm::dvec3(-std::cos(angle_rad), 0.0, std::sin(angle_rad));
+    const Image& image =
+        image_of({.p_m = glm::vec3(from), .q = glm::quat(pitched(angle_rad)), .horizontal_angle_rad = 0.1f},
+                 {.width = 64, .height = 64, .outputs = linear_color, .samples_per_pixel = 1, .bounces = 1});
+    double square = 0.0;
+    std::uint32_t dark = 0;
+    for (std::uint32_t row = 0; row < 64; ++row)
+      for (std::uint32_t column = 0; column < 64; ++column) {
+        const double share = color_at(image, column, row).x / sky_cdpm2;
+        square += share * share / (64.0 * 64.0);
+        if (share == 0.0) ++dark;
+      }
+    EXPECT_LT(square, 1.3) << angle_rad;
+    EXPECT_LT(dark, 41u) << angle_rad;
+  }
 }
 
 // ---- the light of a lamp

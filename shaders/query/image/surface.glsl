@@ -11,7 +11,9 @@
 // light that the mirror above it does not reflect toward `toward`, so no surface reflects more light than it
 // gets.
 //
-// Sampling of normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023.
+// Sampling of normals: Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023; of those
+// that reflect out of the surface: Eto and Tokuyoshi, "Bounded VNDF Sampling for Smith-GGX Reflections",
+// 2023.
 #ifndef RTSTDB_QUERY_IMAGE_SURFACE_GLSL
 #define RTSTDB_QUERY_IMAGE_SURFACE_GLSL
 
@@ -128,11 +130,24 @@ float smith_lambda(vec3 direction, float alpha) {
   return 0.5 * (sqrt(1.0 + alpha * alpha * tangent_squared) - 1.0);
 }
 
-vec3 visible_microfacet(vec3 toward, float alpha, vec2 random) {
+// A visible microfacet. `reach`: of the cap of directions from which it is chosen; 1: all.
+vec3 microfacet_of_cap(vec3 toward, float alpha, vec2 random, float reach) {
   const vec3 stretched = normalize(vec3(alpha * toward.xy, toward.z));
-  const float z = (1.0 - random.y) * (1.0 + stretched.z) - stretched.z;
+  const float lowest = reach * stretched.z;
+  const float z = (1.0 - random.y) * (1.0 + lowest) - lowest;
   const vec3 h = direction_at(clamp(z, -1.0, 1.0), 2.0 * pi * random.x) + stretched;
   return normalize(vec3(alpha * h.xy, h.z));
+}
+
+vec3 visible_microfacet(vec3 toward, float alpha, vec2 random) {
+  return microfacet_of_cap(toward, alpha, random, 1.0);
+}
+
+// The reach of a cap that has all microfacets that reflect `toward` out of the surface, and few others.
+float reach_of_reflecting(vec3 toward, float alpha) {
+  const float s = 1.0 + length(toward.xy);
+  const float squares = alpha * alpha / (s * s) * toward.z * toward.z;
+  return (1.0 - alpha * alpha) / (1.0 + squares);
 }
 
 float schlick_weight(float cosine) {
@@ -170,10 +185,11 @@ Scattered scattered(Surface surface, vec3 to) {
     const vec3 h = normalize(i + o);
     const vec3 reflected = mix(surface.normal_share, surface.grazing_share, schlick_weight(dot(o, h)));
     const float facets = ggx_density(h, surface.alpha);
-    const float outward = smith_lambda(o, surface.alpha);
-    const float both = 1.0 + outward + smith_lambda(i, surface.alpha);
+    const float visible = smith_lambda(o, surface.alpha);
+    const float both = 1.0 + visible + smith_lambda(i, surface.alpha);
+    const float cap = 1.0 + 2.0 * visible + reach_of_reflecting(o, surface.alpha);
     result.value += reflected * (facets / (4.0 * o.z * both));
-    result.pdf += surface.mirror_probability * facets / (4.0 * o.z * (1.0 + outward));
+    result.pdf += surface.mirror_probability * facets / (2.0 * o.z * cap);
   }
   const float base_probability = 1.0 - surface.mirror_probability;
   if (surface.retro_cosine < 1.0) {
@@ -227,7 +243,8 @@ Bounce sampled_bounce(Surface surface, vec4 random) {
   }
   vec3 i;
   if (takes_mirror) {
-    i = reflect(-o, visible_microfacet(o, surface.alpha, random.xy));
+    const float reach = reach_of_reflecting(o, surface.alpha);
+    i = reflect(-o, microfacet_of_cap(o, surface.alpha, random.xy, reach));
   } else if (surface.retro_cosine < 1.0) {
     i = axes_around(o) * direction_at(mix(surface.retro_cosine, 1.0, random.x), 2.0 * pi * random.y);
   } else {
