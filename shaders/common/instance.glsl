@@ -140,7 +140,11 @@ MotionBox bounds_of(Instance i, Extents extents, float window_s) {
 // one of integers.
 float since(Instance i, int t_ns) { return float(t_ns - i.from_ns) * 1e-9; }
 
-vec3 position_of(Instance i, int t_ns) { return i.p + i.v * since(i, t_ns); }
+// The same bits in all kernels: no multiplication is fused with an addition.
+vec3 position_of(Instance i, int t_ns) {
+  precise vec3 p = i.p + i.v * since(i, t_ns);
+  return p;
+}
 
 vec4 orientation_of(Instance i, int t_ns) { return orientation_at(i.q, i.w, since(i, t_ns)); }
 

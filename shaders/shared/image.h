@@ -111,8 +111,8 @@ RTSTDB_STRUCT(LightRecord)
 RTSTDB_CONSTANT(shadow_squares, 4)
 RTSTDB_CONSTANT(shadow_faces, 6)
 
-// A triangle of a surface that emits light, in the entity frame, in the order of its mesh. `below`: the share
-// of the mesh's area in the triangles before it; `share`: in it.
+// A triangle of a surface that emits light, in the entity frame, in the order of its mesh. The front of a
+// closed body is outside. `below`: the share of the mesh's area in the triangles before it; `share`: in it.
 #define RTSTDB_FIELDS_EmitterTriangle(F)                                                         \
   F(vec3, a_m)                                                                                   \
   F(float, below)                                                                                \

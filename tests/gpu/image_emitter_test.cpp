@@ -49,9 +49,14 @@ double illuminance(const std::array<glm::dvec3, 3>& triangle, const glm::dvec3& 
 /// Illuminance of a convex body, or of a surface that is seen from both sides.
 double illuminance(const std::vector<std::array<glm::dvec3, 3>>& body, const glm::dvec3& p,
                    const glm::dvec3& n, bool both_sides = false) {
+  double volume = 0.0;
+  for (const auto& [a, b, c] : body)
+    volume += glm::dot(glm::cross(b - a, c - a), a - body[0][0]);
+  const double outward = volume < 0.0 ? -1.0 : 1.0;
   double sum = 0.0;
   for (const auto& [a, b, c] : body)
-    if (both_sides || glm::dot(glm::cross(b - a, c - a), p - a) > 0.0) sum += illuminance({a, b, c}, p, n);
+    if (both_sides || outward * glm::dot(glm::cross(b - a, c - a), p - a) > 0.0)
+      sum += illuminance({a, b, c}, p, n);
   return sum;
 }
 
@@ -114,6 +119,32 @@ Lamp random_lamp(std::uint32_t kind, Random& random) {
   return lamp;
 }
 
+/// Bodies that are thin or small beside their distance; the fronts of some are inside.
+Lamp random_thin_lamp(std::uint32_t kind, Random& random) {
+  Lamp lamp;
+  if (kind == 0) {
+    const glm::dvec3 size(1.0, random.uniform(0.2, 1.0), random.magnitude(1e-3, 0.1));
+    lamp = {"panel", make_box(size), glm::length(size)};
+  } else if (kind == 1) {
+    const double height_m = random.below(2) == 0 ? 10.0 : random.magnitude(2e-3, 1.0);
+    lamp = {"cylinder", make_cylinder(0.5, height_m, static_cast<std::uint32_t>(3 + random.below(60))),
+            std::hypot(1.0, height_m)};
+  } else if (kind == 2) {
+    lamp = {"cube", make_box(glm::dvec3(1.0)), std::sqrt(3.0)};
+  } else {
+    lamp = {"sphere", make_sphere(0.5, static_cast<std::uint32_t>(random.below(5))), 1.0};
+  }
+  const double size_m = random.magnitude(0.1, 1.0) / lamp.diameter_m;
+  for (glm::vec3& p : lamp.mesh.positions_m)
+    p *= static_cast<float>(size_m);
+  lamp.diameter_m *= size_m;
+  shuffle(lamp.mesh, random);
+  if (random.below(4) == 0)
+    for (glm::uvec3& t : lamp.mesh.triangles)
+      t = {t.x, t.z, t.y};
+  return lamp;
+}
+
 std::vector<std::array<glm::dvec3, 3>> placed(const TriangleMesh& mesh, const EntityRow& row) {
   std::vector<std::array<glm::dvec3, 3>> triangles;
   const auto world = [&](std::uint32_t corner) {
@@ -143,18 +174,23 @@ class ImageOfEmitters : public ImageTest {
 
   void SetUp() override {
     ImageTest::SetUp();
-    for (const std::uint32_t points : {16u, 64u})
-      (points == 16 ? with_16_ : with_64_) = prepare(ImageQueryOptions{.name = "cameras",
-                                                                       .capacity = max_plates,
-                                                                       .width = 2,
-                                                                       .height = 2,
-                                                                       .mode = ImageMode::real_time,
-                                                                       .outputs = linear_color,
-                                                                       .samples_per_pixel = 1,
-                                                                       .bounces = 1,
-                                                                       .emitter_points = points});
+    const auto prepared = [&](ImageMode mode, std::uint32_t points) {
+      return prepare(ImageQueryOptions{.name = "cameras",
+                                       .capacity = max_plates,
+                                       .width = 2,
+                                       .height = 2,
+                                       .mode = mode,
+                                       .outputs = linear_color,
+                                       .samples_per_pixel = mode == ImageMode::real_time ? 1 : path_samples,
+                                       .bounces = 1,
+                                       .emitter_points = points});
+    };
+    with_16_ = prepared(ImageMode::real_time, 16);
+    with_64_ = prepared(ImageMode::real_time, 64);
+    path_traced_ = prepared(ImageMode::path_traced, 16);
     plate_ = add(make_rectangle(1.0, 1.0));
     white_ = add_material({.base_color = glm::dvec3(1.0), .refractive_index = 1.0});
+    black_ = add_material({.base_color = glm::dvec3(0.0), .refractive_index = 1.0});
     emitting_ = add_material(
         {.base_color = glm::dvec3(0.0), .emission_cdpm2 = glm::dvec3(lamp_cdpm2), .refractive_index = 1.0});
   }
@@ -166,7 +202,10 @@ class ImageOfEmitters : public ImageTest {
   }
   /// The illuminance of plates, per luminance, as cameras above them see it.
   std::vector<double> illuminances(std::uint32_t points, std::span<const Plate> plates, double size_m) {
-    ImageQuery& query = points == 16 ? *with_16_ : *with_64_;
+    return illuminances(points == 16 ? *with_16_ : *with_64_, plates, size_m, lamp_cdpm2);
+  }
+  std::vector<double> illuminances(ImageQuery& query, std::span<const Plate> plates, double size_m,
+                                   double luminance_cdpm2) {
     std::vector<EntityRow> rows;
     for (std::size_t k = 0; k < plates.size(); ++k) {
       EntityRow row = row_of(plate_, plates[k].p_m);
@@ -186,7 +225,7 @@ class ImageOfEmitters : public ImageTest {
     EXPECT_EQ(outcome.status, Status::committed) << describe(outcome);
     std::vector<double> found;
     for (const Image& image : query.images())
-      found.push_back(mean_color(image).x * pi / lamp_cdpm2);
+      found.push_back(mean_color(image).x * pi / luminance_cdpm2);
     for (const EntityId id : ids)
       remove(id, {});
     return found;
@@ -245,11 +284,157 @@ class ImageOfEmitters : public ImageTest {
   }
 
   GeometryId plate_;
-  MaterialId white_, emitting_;
+  MaterialId white_, black_, emitting_;
+  std::unique_ptr<ImageQuery> with_16_, with_64_, path_traced_;
 
  private:
-  std::unique_ptr<ImageQuery> with_16_, with_64_;
+  static constexpr std::uint32_t path_samples = 256;
 };
+
+/// Lamps of 10 cm to 1 m, up to 10,000 diameters away and up to 10 km from the origin of the world. Positions
+/// are rounded as the database rounds them there.
+class ImageOfFarEmitters : public ImageOfEmitters {
+ protected:
+  static constexpr double max_diameters = 10'000.0;  // plates are up to twice as far as the nearest one
+
+  struct FarLamp {
+    Lamp lamp;
+    EntityRow row;
+    double distance_m = 0.0;
+    double luminance_cdpm2 = lamp_cdpm2;
+    double plate_m = 0.0;  // the size of plates, which have to be larger than a unit in the last place
+    std::vector<std::array<glm::dvec3, 3>> body;
+  };
+  FarLamp far_lamp(std::uint32_t kind, Random& random) {
+    FarLamp far{.lamp = random_thin_lamp(kind, random), .row = {}, .body = {}};
+    const double diameters = random.magnitude(2.0, max_diameters / 2.0);
+    far.distance_m = diameters * far.lamp.diameter_m;
+    while (far.luminance_cdpm2 < 5e8 && far.luminance_cdpm2 < lamp_cdpm2 * diameters * diameters)
+      far.luminance_cdpm2 *= 10.0;
+    far.row = lamp_row(add(far.lamp.mesh), random.orientation());
+    far.row.material = add_material({.base_color = glm::dvec3(0.0),
+                                     .emission_cdpm2 = glm::dvec3(far.luminance_cdpm2),
+                                     .refractive_index = 1.0});
+    constexpr double from_origin_m[] = {0.0, 100.0, 1e3, 1e4};
+    const double offset_m = from_origin_m[random.below(4)];
+    far.row.motion.p_world_m = rounded(offset_m * random.direction());
+    far.plate_m = std::max(plate_share * far.lamp.diameter_m, 2e-6 * (offset_m + far.distance_m));
+    far.body = placed(far.lamp.mesh, far.row);
+    return far;
+  }
+  static glm::dvec3 rounded(const glm::dvec3& p_m) { return glm::dvec3(glm::vec3(p_m)); }
+  std::vector<Plate> plates_of(const FarLamp& far, Random& random) {
+    auto plates = plates_around(far.row.motion.p_world_m, far.distance_m, 0.5 * far.lamp.diameter_m,
+                                far.row.motion.q_world * glm::dvec3(0.0, 0.0, 1.0), random);
+    for (Plate& plate : plates)
+      plate.p_m = rounded(plate.p_m);
+    return plates;
+  }
+  static std::string name_of(const FarLamp& far) {
+    return far.lamp.name + " of " + std::to_string(far.lamp.diameter_m) + " m at " +
+           std::to_string(far.distance_m) + " m, " + std::to_string(glm::length(far.row.motion.p_world_m)) +
+           " m from the origin";
+  }
+  struct Deviations {
+    double worst = 0.0;  // of a plate
+    double sum = 0.0;    // of all plates of a lamp; the largest
+  };
+  /// Shares of the closed form, without plates whose planes may cut the lamp.
+  Deviations deviations(ImageQuery& query, std::uint32_t lamps) {
+    Deviations all;
+    for (std::uint32_t seed = 0; seed < lamps; ++seed) {
+      Random random(5000 + seed);
+      const FarLamp far = far_lamp(seed % 4, random);
+      const EntityId id = create(far.row);
+      const auto plates = plates_of(far, random);
+      const auto found = illuminances(query, plates, far.plate_m, far.luminance_cdpm2);
+      double worst = 0.0, found_sum = 0.0, expected_sum = 0.0;
+      for (std::size_t k = 0; k < plates.size(); ++k) {
+        if (k % 3 == 2) continue;
+        const double expected = illuminance(far.body, plates[k].p_m, plates[k].n);
+        worst = std::max(worst, std::abs(found[k] / expected - 1.0));
+        found_sum += found[k];
+        expected_sum += expected;
+      }
+      const double sum = std::abs(found_sum / expected_sum - 1.0);
+      if (worst > all.worst || sum > all.sum)
+        std::cout << name_of(far) << ", seed " << seed << ": " << 100.0 * worst << " % off, the sum "
+                  << 100.0 * sum << " %\n";
+      all = {std::max(all.worst, worst), std::max(all.sum, sum)};
+      remove(id, {});
+    }
+    return all;
+  }
+};
+
+TEST_F(ImageOfFarEmitters, AreRightAtAnyDistanceAndPlace) {
+  EXPECT_LT(deviations(*with_16_, 160).worst, 0.1);
+  EXPECT_LT(deviations(*with_64_, 40).worst, 0.1);
+}
+
+/// The sum over plates has little noise.
+TEST_F(ImageOfFarEmitters, ArePathTracedAtAnyDistanceAndPlace) {
+  EXPECT_LT(deviations(*path_traced_, 16).sum, 0.05);
+}
+
+/// What is closely in front of a panel hides it, but for edges that are seen at a grazing angle, and what is
+/// closely behind it does not.
+TEST_F(ImageOfFarEmitters, AreHiddenByShuttersCloseToThem) {
+  for (std::uint32_t seed = 0; seed < 40; ++seed) {
+    Random random(7000 + seed);
+    const FarLamp far = far_lamp(0, random);
+    const glm::dvec3 p_m = far.row.motion.p_world_m;
+    const glm::dvec3 axis = far.row.motion.q_world * glm::dvec3(0.0, 0.0, 1.0);
+    const glm::dvec3 u = glm::normalize(axis + 0.5 * random.direction());
+    const Plate plate{rounded(p_m + far.distance_m * u), -u};
+    const double half_thickness_m = std::abs(static_cast<double>(far.lamp.mesh.positions_m[0].z));
+    const double gap_m =
+        half_thickness_m + 1e-5 * (far.distance_m + far.lamp.diameter_m) + 2e-7 * glm::length(p_m);
+    EntityRow shutter = row_of(add(make_rectangle(4.0 * far.lamp.diameter_m, 4.0 * far.lamp.diameter_m)), {});
+    shutter.motion.q_world = far.row.motion.q_world;
+    shutter.material = black_;
+    const double unhidden = illuminance(far.body, plate.p_m, plate.n);
+    const EntityId id = create(far.row);
+    for (const double side : {1.0, -1.0}) {
+      shutter.motion.p_world_m = p_m + side * gap_m * axis;
+      const EntityId shutter_id = create(shutter);
+      const auto found_by = [&](ImageQuery& query) {
+        return illuminances(query, std::span(&plate, 1), far.plate_m, far.luminance_cdpm2)[0] / unhidden;
+      };
+      SCOPED_TRACE(name_of(far) + ", seed " + std::to_string(seed));
+      EXPECT_NEAR(found_by(*with_16_), side > 0.0 ? 0.0 : 1.0, side > 0.0 ? 0.02 : 0.1);
+      if (seed % 10 == 0) {
+        EXPECT_NEAR(found_by(*path_traced_), side > 0.0 ? 0.0 : 1.0, side > 0.0 ? 0.02 : 0.2);
+      }
+      remove(shutter_id, {});
+    }
+    remove(id, {});
+  }
+}
+
+/// A panel of two parallel sheets, which is not closed: the one behind is hidden.
+TEST_F(ImageOfFarEmitters, SheetsHideEachOther) {
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    Random random(8000 + seed);
+    TriangleMesh mesh = make_rectangle(1.0, 0.5);
+    const double diameters = random.magnitude(2.0, 100.0);
+    const double gap_m = std::max(0.002, 1.5e-5 * diameters * std::hypot(1.0, 0.5));
+    for (std::size_t k = 0; k < 4; ++k)
+      mesh.positions_m.push_back(mesh.positions_m[k] - glm::vec3(0.0, 0.0, gap_m));
+    for (std::size_t k = 0; k < 2; ++k)
+      mesh.triangles.push_back(mesh.triangles[k] + 4u);
+    EntityRow row = lamp_row(add(mesh), random.orientation());
+    const EntityId id = create(row);
+    const glm::dvec3 axis = row.motion.q_world * glm::dvec3(0.0, 0.0, random.below(2) == 0 ? 1.0 : -1.0);
+    const glm::dvec3 u = glm::normalize(axis + 0.5 * random.direction());
+    const Plate plate{row.motion.p_world_m + diameters * std::hypot(1.0, 0.5) * u, -u};
+    const auto body = placed(mesh, row);
+    const double both = illuminance(body, plate.p_m, plate.n, true);
+    EXPECT_NEAR(illuminances(16, std::span(&plate, 1), 0.001)[0], 0.5 * both, 0.05 * both)
+        << "seed " << seed << ", " << diameters << " diameters";
+    remove(id, {});
+  }
+}
 
 TEST_F(ImageOfEmitters, SixteenPointsAreEnoughFromTwoDiameters) {
   expect_lamps(16, 2.0, 0.1);

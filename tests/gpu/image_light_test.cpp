@@ -3,10 +3,13 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "tests/gpu/image_fixture.hpp"
+#include "tests/support/random.hpp"
 
 namespace rtstdb::test {
 namespace {
@@ -122,6 +125,69 @@ TEST_P(ImageModes, NoRayMeetsASunWithoutADisc) {
   ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
   for (const Image& image : query->images())
     EXPECT_EQ(mean_color(image), glm::dvec3(0.0));
+}
+
+/// Nothing hides the sun from a convex body that is alone, whatever its size, distance and position.
+TEST_F(ImageTest, AConvexBodyDoesNotShadeItself) {
+  constexpr std::uint32_t bodies = 32;
+  constexpr double albedo = 0.5, sun_lx = 1e4;
+  Random random(11);
+  const auto turn_to = [](const glm::dvec3& to) {  // turns +x
+    const double yaw = std::atan2(to.y, to.x), pitch = -std::asin(std::clamp(to.z, -1.0, 1.0));
+    return glm::angleAxis(yaw, glm::dvec3(0.0, 0.0, 1.0)) * glm::angleAxis(pitch, glm::dvec3(0.0, 1.0, 0.0));
+  };
+  const GeometryId shapes[] = {add(make_rectangle(1.0, 1.0)), add(make_box({1.0, 0.3, 0.02})),
+                               add(make_sphere(0.5, 1)), add(make_sphere(0.5, 5)),
+                               add(make_cylinder(0.5, 0.2, 100))};
+  const MaterialId paint = add_material(matt(albedo));
+  const auto query = prepare(ImageQueryOptions{.name = "cameras",
+                                               .capacity = bodies,
+                                               .width = 16,
+                                               .height = 16,
+                                               .mode = ImageMode::real_time,
+                                               .outputs = {.color = true, .srgb = false, .normal = true},
+                                               .samples_per_pixel = 1,
+                                               .bounces = 1});
+  for (std::uint32_t turn = 0; turn < 24; ++turn) {
+    const glm::dvec3 to_sun = random.direction();
+    std::vector<EntityId> ids = {
+        create_light({.kind = LightKind::directional, .illuminance_lx = sun_lx}, {}, turn_to(-to_sun))};
+    std::vector<EntityRow> rows;
+    for (std::uint32_t k = 0; k < bodies; ++k) {
+      constexpr double from_origin_m[] = {0.0, 100.0, 1e3, 1e4};
+      const double offset_m = from_origin_m[random.below(4)];
+      const double size_m = random.magnitude(std::max(0.01, 1e-4 * offset_m), 1e4);
+      EntityRow row = row_of(shapes[random.below(5)], glm::dvec3(glm::vec3(offset_m * random.direction())));
+      row.motion.q_world = turn_to(random.direction());
+      row.scale = glm::dvec3(size_m);
+      row.material = paint;
+      row.mask = 1u << k;
+      rows.push_back(row);
+      const glm::dvec3 u = glm::normalize(to_sun + random.direction());
+      const double distance_m = std::min(size_m * random.magnitude(0.8, 100.0), 5e4);
+      query->cameras()[k] = {.p_m = glm::vec3(row.motion.p_world_m + distance_m * u),
+                             .q = glm::quat(turn_to(-u)),
+                             .horizontal_angle_rad = static_cast<float>(0.8 * size_m / distance_m),
+                             .near_m = static_cast<float>(2e-2 * distance_m),
+                             .mask = 1u << k};
+    }
+    for (const EntityId id : create(rows))
+      ids.push_back(id);
+    const Outcome outcome = run(*query, bodies);
+    ASSERT_EQ(outcome.status, Status::committed) << describe(outcome);
+    for (std::uint32_t k = 0; k < bodies; ++k) {
+      const Image& image = query->images()[k];
+      std::uint32_t dark = 0;
+      for (std::uint32_t pixel = 0; pixel < 256; ++pixel) {
+        const double expected = albedo / pi * sun_lx * glm::dot(glm::dvec3(image.normals[pixel]), to_sun);
+        if (expected > 0.02 * sun_lx && color_at(image, pixel % 16, pixel / 16).x < 0.98 * expected) ++dark;
+      }
+      EXPECT_EQ(dark, 0u) << "turn " << turn << ", body " << k << ", size " << rows[k].scale.x << " m at "
+                          << glm::length(rows[k].motion.p_world_m) << " m";
+    }
+    for (const EntityId id : ids)
+      remove(id, {});
+  }
 }
 
 class ImageOfGround : public ImageModes {

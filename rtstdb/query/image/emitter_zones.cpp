@@ -24,8 +24,19 @@ constexpr double longest_part = 1.0 / 48.0;
 constexpr double flat_share = 1e-4;
 /// A triangle with a smaller share of the area makes no side of its own.
 constexpr double min_side_area = 1e-7;
+/// A shadow ray leads to a point that is this far, as a share of the diameter, from the edges of its
+/// triangle, if there is one: beside an edge, rounding decides which triangle it meets.
+constexpr double wanted_inset = 2e-4;
 /// How far the points toward the borders are from the middle, in standard deviations.
 constexpr double border_deviations = 1.4;
+
+/// The distance of a point in a triangle from the nearest edge.
+double inset_of(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) noexcept {
+  const auto from_edge = [&](const glm::dvec3& begin, const glm::dvec3& end) {
+    return glm::length(glm::cross(end - begin, p - begin)) / std::max(glm::distance(begin, end), 1e-300);
+  };
+  return std::min({from_edge(a, b), from_edge(b, c), from_edge(c, a)});
+}
 
 /// Orders positions by their coordinates.
 bool is_before(const glm::dvec3& p, const glm::dvec3& q) noexcept {
@@ -187,7 +198,7 @@ void EmitterZones::read(std::span<const glm::uvec3> triangles, std::span<const g
     volume += facet.area * glm::dot(facet.n, facet.at.a - middle_);
   }
   // The front of a closed body is outside.
-  if (volume < -1e-6 * area_ * diameter_)
+  if (volume < 0.0)
     for (Facet& facet : facets_)
       facet.n = -facet.n;
 }
@@ -257,6 +268,7 @@ void EmitterZones::add_samples(const Facet& facet, std::uint32_t side) noexcept 
         {{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z),
           static_cast<float>(facet.n.x), static_cast<float>(facet.n.y), static_cast<float>(facet.n.z)},
          static_cast<float>(area / area_),
+         static_cast<float>(inset_of(p, facet.at.a, facet.at.b, facet.at.c) / diameter_),
          side});
   }
 }
@@ -363,8 +375,13 @@ void EmitterZones::set_points(const Zone& zone, std::span<shared::EmitterPoint> 
   std::array<double, shared::points_per_zone> least;
   std::array<std::uint32_t, shared::points_per_zone> nearest{};
   least.fill(std::numeric_limits<double>::infinity());
+  float deepest = 0.0f;
+  for (std::uint32_t k = zone.begin; k < zone.end; ++k)
+    deepest = std::max(deepest, samples_[order_[k]].inset);
+  const float min_inset = std::min(static_cast<float>(wanted_inset), 0.5f * deepest);
   for (std::uint32_t k = zone.begin; k < zone.end; ++k) {
     const Sample& sample = samples_[order_[k]];
+    if (sample.inset < min_inset) continue;
     for (std::size_t point = 0; point < targets.size(); ++point) {
       double square = 0.0;
       for (std::size_t i = 0; i < dimensions; ++i) {

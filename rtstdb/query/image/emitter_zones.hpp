@@ -48,6 +48,7 @@ class EmitterZones {
   struct Sample {
     std::array<float, dimensions> at;
     float area = 0.0f;
+    float inset = 0.0f;  // from the nearest edge of the triangle, over the diameter of the body
     std::uint32_t side = 0;
   };
   /// Sums over samples, weighted by area.

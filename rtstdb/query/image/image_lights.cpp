@@ -189,11 +189,14 @@ const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWo
   if (used_triangles_ + mesh.triangles.size() > triangles.size()) return nullptr;
   const std::span<const glm::vec3> positions_m = positions_of(geometry, world);
   const auto added = triangles.subspan(used_triangles_, mesh.triangles.size());
-  double area = 0.0;
+  const auto corner = [&](std::uint32_t k) { return glm::dvec3(positions_m[k]); };
+  const glm::dvec3 origin = mesh.triangles.empty() ? glm::dvec3(0.0) : corner(mesh.triangles[0].x);
+  double area = 0.0, volume = 0.0;
   for (std::size_t k = 0; k < added.size(); ++k) {
     const glm::uvec3 corners = mesh.triangles[k];
-    const glm::dvec3 a(positions_m[corners.x]), b(positions_m[corners.y]), c(positions_m[corners.z]);
-    const double own = 0.5 * glm::length(glm::cross(b - a, c - a));
+    const glm::dvec3 a = corner(corners.x), b = corner(corners.y), c = corner(corners.z);
+    const glm::dvec3 across = glm::cross(b - a, c - a);
+    const double own = 0.5 * glm::length(across);
     added[k] = {.a_m = glm::vec3(a),
                 .below = static_cast<float>(area),
                 .b_m = glm::vec3(b),
@@ -201,11 +204,14 @@ const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWo
                 .c_m = glm::vec3(c),
                 .unused = 0.0f};
     area += own;
+    volume += glm::dot(across, a - origin);
   }
   const auto per_area = static_cast<float>(1.0 / std::max(area, 1e-30));
   for (shared::EmitterTriangle& triangle : added) {
     triangle.below *= per_area;
     triangle.share *= per_area;
+    // The front of a closed body is outside.
+    if (volume < 0.0) std::swap(triangle.b_m, triangle.c_m);
   }
   meshes_.push_back({geometry, used_triangles_, static_cast<std::uint32_t>(added.size())});
   used_triangles_ += static_cast<std::uint32_t>(added.size());

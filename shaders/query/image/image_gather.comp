@@ -62,10 +62,9 @@ void main() {
       const vec3 sky = light_of_sky(direction, vertex.at, mask);
       if (has_ray && there.status == status_hit) {
         const vec3 n = dot(there.n_world, direction) > 0.0 ? -there.n_world : there.n_world;
-        const vec3 start = start_of(vertex.point, vertex.n, direction, vertex.size);
         const vec3 color = share * materials[there.material].base_color / pi;
         path.radiance_cdpm2 +=
-            color * illuminance_by_maps(start + there.lambda * direction, n, vertex.at, image);
+            color * illuminance_by_maps(vertex.start + there.lambda * direction, n, vertex.at, image);
         path.shadowed_cdpm2 += color * illuminance_of_sky(n, vertex.at, mask);
       } else if (has_ray && there.status == status_miss) {
         path.seen += is_matt ? luminance(sky) : 1.0;

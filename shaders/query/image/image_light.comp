@@ -36,12 +36,13 @@ struct ZoneLight {
   vec3 from;       // the direction from the receiver, unit
   vec3 light;      // luminance times steradians; no light: zero
   vec3 to_shadow;  // from the receiver to the point of the zone to which its shadow ray leads
+  float end_clearance;
 };
 
 // The point of the zone that is seen best: it faces the receiver, or is turned away from it if the zone is
 // seen from behind, and it is above the receiver's plane.
-vec3 seen_point(uint zone_index, vec3 receiver, vec3 n, bool from_front) {
-  vec3 best = vec3(0.0);
+EmitterPoint seen_point(uint zone_index, vec3 receiver, vec3 n, bool from_front) {
+  EmitterPoint best = EmitterPoint(vec3(0.0), n);
   float best_cosine = -2.0;
   for (uint k = 0u; k < points_per_zone; ++k) {
     const EmitterPoint point = zone_points[zone_index * points_per_zone + k];
@@ -51,16 +52,17 @@ vec3 seen_point(uint zone_index, vec3 receiver, vec3 n, bool from_front) {
     const float cosine = min(facing, dot(n, to) * per_length);
     if (cosine > best_cosine) {
       best_cosine = cosine;
-      best = point.p_m;
+      best = point;
     }
   }
   return best;
 }
 
 // `receiver`, `n`: the point and the normal of the other surface, in the axes of the zone, as all results.
-ZoneLight light_of_zone(uint zone_index, vec3 receiver, vec3 n, vec3 luminance) {
+// `front_alone`: the receiver sees no back of the surface.
+ZoneLight light_of_zone(uint zone_index, vec3 receiver, vec3 n, vec3 luminance, bool front_alone) {
   const EmitterZone record = zones[zone_index];
-  ZoneLight result = ZoneLight(n, vec3(0.0), n);
+  ZoneLight result = ZoneLight(n, vec3(0.0), n, 0.0);
   // The part above the receiver's plane, and its middle.
   vec3 to = record.center_m - receiver;
   float area = record.area_m2;
@@ -81,6 +83,7 @@ ZoneLight light_of_zone(uint zone_index, vec3 receiver, vec3 n, vec3 luminance) 
   float cosine = dot(record.n, view) - dot(record.n_extent_squares_m, vec3(1.0)) / distance_m;
   const float half_cosine = half_width(dot(view, times(record.n_squares, record.n_products, view)));
   const bool from_front = cosine > -half_cosine;
+  if (!from_front && front_alone) return result;
   if (!from_front) {
     cosine = -cosine;
     drift = -drift;
@@ -107,29 +110,36 @@ ZoneLight light_of_zone(uint zone_index, vec3 receiver, vec3 n, vec3 luminance) 
   // A zone fills no more than all that the receiver sees.
   result.light = luminance * min(steradians * length(from) / distance_m, pi);
   result.from = normalize(from);
-  const vec3 seen = is_cut || is_turned ? seen_point(zone_index, receiver, n, from_front)
-                                        : zone_points[zone_index * points_per_zone].p_m;
-  result.to_shadow = seen - receiver;
+  EmitterPoint seen = zone_points[zone_index * points_per_zone];
+  if (is_cut || is_turned) seen = seen_point(zone_index, receiver, n, from_front);
+  result.to_shadow = seen.p_m - receiver;
+  const float way_m = max(length(result.to_shadow), 1e-12);
+  result.end_clearance =
+      end_clearance(way_m, largest_coordinate(seen.p_m), abs(dot(seen.n, result.to_shadow)) / way_m);
   return result;
 }
 
 vec3 light_of_surface(uint place, PathRecord path, PathVertex vertex, uint mask, uint index) {
   const LightRecord light = lights[args.emitters_from + index / args.zones_per_emitter];
-  const Instance i = instance_of_entity(light.entity, vertex.at);
+  Instance i = instance_of_entity(light.entity, vertex.at);
+  fetch_instance_box(instances, places[light.entity] + vertex.at.instance_base, i);
   const vec4 q = orientation_of(i, vertex.at.t_ns);
   const vec4 to_entity = conjugate(q);
   const vec3 luminance = (light.mask & mask) == 0u ? vec3(0.0) : light.color;
-  const ZoneLight found = light_of_zone(light.first_zone + index % args.zones_per_emitter,
-                                        rotate(to_entity, vertex.point - position_of(i, vertex.at.t_ns)),
-                                        rotate(to_entity, vertex.surface.n), luminance);
+  precise vec3 from_entity = vertex.start - position_of(i, vertex.at.t_ns);
+  const vec3 receiver = rotate(to_entity, from_entity);
+  const ZoneLight found =
+      light_of_zone(light.first_zone + index % args.zones_per_emitter, receiver,
+                    rotate(to_entity, vertex.surface.n), luminance, sees_no_inner_side(i, receiver));
   const vec3 share =
       found.light == vec3(0.0) ? vec3(0.0) : scattered(vertex.surface, rotate(q, found.from)).value;
-  const LightSample shadow = LightSample(rotate(q, found.to_shadow), false, found.light, 0.0);
+  const LightSample shadow =
+      LightSample(rotate(q, found.to_shadow), false, found.light, 0.0, found.end_clearance);
   return light_over_shadow_ray(place, path, vertex, mask, shadow, share);
 }
 
 vec3 light_of_middle(uint place, PathRecord path, PathVertex vertex, uint mask, uint index) {
-  const LightSample light = middle_of(lights[args.mapped_end + index], vertex.at, vertex.point, mask);
+  const LightSample light = middle_of(lights[args.mapped_end + index], vertex.at, vertex.start, mask);
   return light_over_shadow_ray(place, path, vertex, mask, light,
                                scattered(vertex.surface, normalize(light.to)).value);
 }

@@ -15,8 +15,7 @@ void main() {
     const PathVertex vertex = vertex_of(path, hit);
     const vec3 direction = direction_in_lobe(vertex, args.lobe, args.ray);
     if (is_searched(vertex.surface, args.lobe) && dot(direction, vertex.n) > 0.0) {
-      ray = OutputRay(start_of(vertex.point, vertex.n, direction, vertex.size), direction, 0.0, 1e30,
-                      path.t_ns, cameras[pixel_of(place).image].mask);
+      ray = OutputRay(vertex.start, direction, 0.0, 1e30, path.t_ns, cameras[pixel_of(place).image].mask);
       some_ray = 1u;
     }
   }

@@ -10,12 +10,13 @@
 const uint first_roulette = 3u;
 
 // The light that the surface itself emits toward the path's last point.
-vec3 emitted(PathRecord path, InputHit hit, vec3 emission, vec3 point, Instant at) {
+vec3 emitted(PathRecord path, InputHit hit, vec3 emission, Instant at) {
   if (emission == vec3(0.0) || (path.flags & path_without_shadow_ray) != 0u) return emission;
   const uint light = emitter_light_of(hit.entity.x);
   if (light == args.lights) return emission;
   const Instance i = instance_of_entity(hit.entity.x, at);
-  return emission * weight_of_reflected(light, hit.triangle, i, at.t_ns, path.origin_m, point, path.pdf);
+  return emission * weight_of_reflected(light, hit.triangle, i, at.t_ns, path.origin_m,
+                                        hit.lambda * path.direction, path.pdf);
 }
 
 void main() {
@@ -41,7 +42,7 @@ void main() {
     return;
   }
   const PathVertex vertex = vertex_of(path, hit);
-  path.radiance_cdpm2 += path.throughput * emitted(path, hit, vertex.emission_cdpm2, vertex.point, vertex.at);
+  path.radiance_cdpm2 += path.throughput * emitted(path, hit, vertex.emission_cdpm2, vertex.at);
   if (path.bounces == args.last_bounce) {
     end_path(place, path);
     return;
@@ -49,7 +50,7 @@ void main() {
 
   const vec4 first = random_numbers(pixel.index, args.sample_index, 2u * path.bounces, camera.seed);
   const vec4 second = random_numbers(pixel.index, args.sample_index, 2u * path.bounces + 1u, camera.seed);
-  const LightSample light = chosen_light(vertex.at, vertex.point, camera.mask, first);
+  const LightSample light = chosen_light(vertex.at, vertex.start, camera.mask, first);
   const Scattered toward_light = scattered(vertex.surface, normalize(light.to));
   const float share = light.pdf > 0.0 ? light.pdf / (light.pdf + toward_light.pdf) : 1.0;
   path.shadowed_cdpm2 =

@@ -59,18 +59,36 @@ vec3 light_from_afar(vec3 direction, Instant at, uint mask, float pdf, bool mirr
   return sum;
 }
 
-// Where a triangle of an entity is.
-struct WorldTriangle {
+// Where a triangle of an entity is, from a point: so its corners have the rounding of their distance, not of
+// their coordinates.
+struct SeenTriangle {
   vec3 a;
   vec3 b;
   vec3 c;
 };
 
-WorldTriangle world_triangle(EmitterTriangle triangle, Instance i, int t_ns) {
-  const vec3 p = position_of(i, t_ns);
+SeenTriangle triangle_from(vec3 from, EmitterTriangle triangle, Instance i, int t_ns) {
+  precise vec3 p = position_of(i, t_ns) - from;
   const vec4 q = orientation_of(i, t_ns);
-  return WorldTriangle(p + rotate(q, triangle.a_m * i.scale), p + rotate(q, triangle.b_m * i.scale),
-                       p + rotate(q, triangle.c_m * i.scale));
+  return SeenTriangle(p + rotate(q, triangle.a_m * i.scale), p + rotate(q, triangle.b_m * i.scale),
+                      p + rotate(q, triangle.c_m * i.scale));
+}
+
+// The end of a shadow ray is known to this part of its length and of the coordinates in the frame of the
+// body that the end lies on, across the surface.
+const float end_precision = 3e-6;
+
+// A shadow ray ends this part of its way before a light: as much as its end is uncertain along the ray.
+// `reach_m`: the largest coordinate of the end in the frame of its body; `cosine`: of the angle between the
+// ray and the normal there.
+float end_clearance(float distance_m, float reach_m, float cosine) {
+  return min(end_precision * (1.0 + reach_m / distance_m) / max(cosine, 1e-6), 0.5);
+}
+
+// Whether a point sees no inner side of an entity's surface: the entity bounds a body, and the point is
+// outside of its box. `from_m`: the point, from the position of the entity and in its axes.
+bool sees_no_inner_side(Instance i, vec3 from_m) {
+  return i.closed && any(greaterThan(abs(from_m - i.box_center * i.scale), i.box_half * i.scale));
 }
 
 // The light of the surface of an entity; args.lights: it is none.
@@ -87,11 +105,12 @@ uint emitter_light_of(uint entity) {
   return first < args.lights && lights[first].entity == entity ? first : args.lights;
 }
 
-// The probability per steradian with which chosen_light finds a point of a surface that emits light.
-float pdf_of_emitter(WorldTriangle at, float share, vec3 from, vec3 point) {
-  const vec3 across = cross(at.b - at.a, at.c - at.a);
-  const vec3 to = point - from;
-  const float twice_area = length(across);
+// Across the triangle, toward its outer side; its length is twice the area.
+vec3 outward(SeenTriangle at) { return cross(at.b - at.a, at.c - at.a); }
+
+// The probability per steradian with which chosen_light finds a point, at `to`, of a surface that emits
+// light. `across`: of its triangle.
+float pdf_of_emitter(vec3 across, float share, vec3 to) {
   const float projected = abs(dot(across, to));  // twice the area, times cosine and distance
   if (projected <= 0.0) return 0.0;
   const float distance_squared = dot(to, to);
@@ -99,11 +118,11 @@ float pdf_of_emitter(WorldTriangle at, float share, vec3 from, vec3 point) {
 }
 
 // The share of the light of a surface that a reflected ray meets; the shadow rays provide the rest.
-float weight_of_reflected(uint light_index, uint triangle, Instance i, int t_ns, vec3 from, vec3 point,
+float weight_of_reflected(uint light_index, uint triangle, Instance i, int t_ns, vec3 from, vec3 to,
                           float pdf) {
   const LightRecord light = lights[light_index];
   const EmitterTriangle at = emitters[light.first_triangle + min(triangle, light.triangles - 1u)];
-  const float found = pdf_of_emitter(world_triangle(at, i, t_ns), at.share, from, point);
+  const float found = pdf_of_emitter(outward(triangle_from(from, at, i, t_ns)), at.share, to);
   return pdf / max(pdf + found, 1e-30);
 }
 
@@ -113,30 +132,35 @@ struct LightSample {
   bool is_infinite;
   vec3 light;  // luminance over the probability of the direction
   float pdf;   // per steradian; 0: a reflected ray can not find it
+  float end_clearance;
 };
 
-LightSample no_light() { return LightSample(vec3(0.0, 0.0, 1.0), true, vec3(0.0), 0.0); }
+LightSample no_light() { return LightSample(vec3(0.0, 0.0, 1.0), true, vec3(0.0), 0.0, 0.0); }
 
 LightSample sun_sample(LightRecord light, Instant at, vec2 random) {
   const vec3 axis = rotate(orientation_of_light(light, at), vec3(-1.0, 0.0, 0.0));
   const float count = float(chosen_lights());
-  if (light.cos_outer >= 1.0) return LightSample(axis, true, light.color * count, 0.0);
+  if (light.cos_outer >= 1.0) return LightSample(axis, true, light.color * count, 0.0, 0.0);
   const vec3 to = axes_around(axis) * direction_at(mix(light.cos_outer, 1.0, random.x), 2.0 * pi * random.y);
-  return LightSample(to, true, light.color * count, 1.0 / (disc_steradians(light.cos_outer) * count));
+  return LightSample(to, true, light.color * count, 1.0 / (disc_steradians(light.cos_outer) * count), 0.0);
 }
 
 LightSample lamp_sample(LightRecord light, Instant at, vec3 from) {
-  const vec3 to = position_of_light(light, at) - from;
+  const Instance i = instance_of_entity(light.entity, at);
+  const vec4 q = orientation_of(i, at.t_ns);
+  precise vec3 from_lamp = position_of(i, at.t_ns) - from;
+  const vec3 to = from_lamp + rotate(q, light.p_m);
   const float distance_squared = max(dot(to, to), 1e-12);
   float falloff = 1.0;
   if (light.kind == light_spot) {
-    const vec3 axis = rotate(orientation_of_light(light, at), vec3(1.0, 0.0, 0.0));
+    const vec3 axis = rotate(q, vec3(1.0, 0.0, 0.0));
     const float cosine = -dot(axis, to) * inversesqrt(distance_squared);
     const float t =
         clamp((cosine - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-6), 0.0, 1.0);
     falloff = t * t * (3.0 - 2.0 * t);
   }
-  return LightSample(to, false, light.color * (falloff / distance_squared * float(chosen_lights())), 0.0);
+  return LightSample(to, false, light.color * (falloff / distance_squared * float(chosen_lights())), 0.0,
+                     end_clearance(sqrt(distance_squared), largest_coordinate(light.p_m), 1.0));
 }
 
 LightSample emitter_sample(LightRecord light, Instant at, vec3 from, vec3 random) {
@@ -151,13 +175,23 @@ LightSample emitter_sample(LightRecord light, Instant at, vec3 from, vec3 random
       end = middle;
   }
   const EmitterTriangle triangle = emitters[first];
-  const WorldTriangle where = world_triangle(triangle, instance_of_entity(light.entity, at), at.t_ns);
+  Instance i = instance_of_entity(light.entity, at);
+  fetch_instance_box(instances, places[light.entity] + at.instance_base, i);
+  const SeenTriangle seen = triangle_from(from, triangle, i, at.t_ns);
   // Uniform over the triangle.
   const float root = sqrt(random.x);
-  const vec3 point = mix(where.a, mix(where.b, where.c, random.y), root);
-  const float pdf = pdf_of_emitter(where, triangle.share, from, point);
+  const vec3 to = mix(seen.a, mix(seen.b, seen.c, random.y), root);
+  const vec3 across = outward(seen);
+  const float pdf = pdf_of_emitter(across, triangle.share, to);
   if (pdf <= 0.0) return no_light();
-  return LightSample(point - from, false, light.color / pdf, pdf);
+  precise vec3 from_entity = from - position_of(i, at.t_ns);
+  const bool is_inner = dot(across, to) > 0.0;
+  if (is_inner && sees_no_inner_side(i, rotate(conjugate(orientation_of(i, at.t_ns)), from_entity)))
+    return no_light();
+  const float distance_m = length(to);
+  const float cosine = abs(dot(across, to)) / (length(across) * distance_m);
+  const float reach_m = largest_coordinate(to + from_entity);
+  return LightSample(to, false, light.color / pdf, pdf, end_clearance(distance_m, reach_m, cosine));
 }
 
 // A point of a light. `random`: which one.

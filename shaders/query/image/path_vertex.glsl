@@ -26,13 +26,16 @@ layout(set = 0, binding = 12, scalar) writeonly buffer ActivityBuffer {
 #include "query/image/surface.glsl"
 #include "query/image/lights.glsl"
 
-// A ray from a surface starts this part of the coordinates and of the way there off the surface, and a shadow
-// ray ends this part of its length before the light.
-const float clearance = 1e-5;
-const float end_clearance = 1e-4;
+// A point where a path meets a surface is off the surface by less than these parts of its coordinates in the
+// world, to which it is rounded, and of the way there and its coordinates in the frame of its body, in which
+// it is found.
+const float world_precision = 5e-7;
+const float body_precision = 2e-6;
 
-vec3 start_of(vec3 point, vec3 n, vec3 to, float size) {
-  return point + (dot(to, n) >= 0.0 ? 1.0 : -1.0) * clearance * size * n;
+// Where a ray from a surface starts: off the surface, on the side to which it leads.
+vec3 start_of(vec3 point, vec3 n, vec3 to, float clearance_m) {
+  precise vec3 start = point + (dot(to, n) >= 0.0 ? 1.0 : -1.0) * clearance_m * n;
+  return start;
 }
 
 void write_ray(uint place, OutputRay ray) {
@@ -52,15 +55,13 @@ void end_path(uint place, PathRecord path) {
 }
 
 // The normal and the colour of the point by the corners of its triangle. The normal is in the world and on
-// the side of `n`, that of the triangle.
-CornerAttributes attributes_at(InputHit hit, Instant at, vec3 n, vec3 toward) {
-  const uint index = places[hit.entity.x] + at.instance_base;
+// the side of `n`, that of the triangle. `index`: of the instance `i`.
+CornerAttributes attributes_at(InputHit hit, uint index, Instance i, int t_ns, vec3 n, vec3 toward) {
   const uint geometry = geometry_of_instance(instances, index);
   const uint first = texelFetch(geometries, int(geometry * geometry_texels) + 7).z;
   CornerAttributes found = corner_attributes(first, hit.triangle, hit.uv.x, hit.uv.y);
   if (found.normal != vec3(0.0)) {
-    const Instance i = fetch_instance(instances, index);
-    found.normal = normalize(rotate(orientation_of(i, at.t_ns), found.normal / i.scale));
+    found.normal = normalize(rotate(orientation_of(i, t_ns), found.normal / i.scale));
     if (dot(found.normal, n) < 0.0) found.normal = -found.normal;
   }
   // A point that is seen can not be lit from behind the seen side.
@@ -71,10 +72,11 @@ CornerAttributes attributes_at(InputHit hit, Instant at, vec3 n, vec3 toward) {
 // A point of a surface, as the path sees it.
 struct PathVertex {
   vec3 point;
-  vec3 n;  // of the triangle, on the seen side
+  vec3 n;      // of the triangle, on the seen side
+  vec3 start;  // of the rays that leave on the seen side; lights are seen from here
   Surface surface;
   vec3 emission_cdpm2;
-  float size;  // see start_of
+  float clearance_m;  // see start_of
   Instant at;
 };
 
@@ -89,8 +91,13 @@ PathVertex vertex_of(PathRecord path, InputHit hit) {
   vertex.point = path.origin_m + from_origin;
   vertex.n = from_front ? hit.n_world : -hit.n_world;
   vertex.emission_cdpm2 = material.emission_cdpm2;
-  vertex.size = largest_coordinate(vertex.point) + largest_coordinate(from_origin);
-  const CornerAttributes corners = attributes_at(hit, vertex.at, vertex.n, -direction);
+  const uint index = places[hit.entity.x] + vertex.at.instance_base;
+  const Instance i = fetch_instance(instances, index);
+  const vec3 from_body = vertex.point - position_of(i, vertex.at.t_ns);
+  vertex.clearance_m = world_precision * largest_coordinate(vertex.point) +
+                       body_precision * (largest_coordinate(from_origin) + largest_coordinate(from_body));
+  vertex.start = start_of(vertex.point, vertex.n, vertex.n, vertex.clearance_m);
+  const CornerAttributes corners = attributes_at(hit, index, i, vertex.at.t_ns, vertex.n, -direction);
   vertex.surface =
       surface_of(material, material.base_color * corners.color, corners.normal, -direction, from_front);
   return vertex;
@@ -103,19 +110,17 @@ vec3 light_over_shadow_ray(uint place, PathRecord path, PathVertex vertex, uint 
   const bool is_in_front = dot(light.to, vertex.n) > 0.0;
   const vec3 found = is_in_front ? path.throughput * scattered_share * light.light : vec3(0.0);
   const bool has_shadow_ray = found != vec3(0.0);
-  const vec3 start = start_of(vertex.point, vertex.n, light.to, vertex.size);
-  const vec3 to_light = light.is_infinite ? light.to : light.to + vertex.point - start;
-  write_shadow_ray(place, has_shadow_ray
-                              ? OutputRay(start, to_light, 0.0,
-                                          light.is_infinite ? 1e30 : 1.0 - end_clearance, path.t_ns, mask)
-                              : no_ray(vertex.point, path.direction, path.t_ns));
+  write_shadow_ray(
+      place, has_shadow_ray ? OutputRay(vertex.start, light.to, 0.0,
+                                        light.is_infinite ? 1e30 : 1.0 - light.end_clearance, path.t_ns, mask)
+                            : no_ray(vertex.point, path.direction, path.t_ns));
   if (has_shadow_ray) some_shadow_ray = 1u;
   return found;
 }
 
 // Ends the bounce: the path goes on in a direction, or ends there if `goes_on` is false.
 void write_next_ray(uint place, PathRecord path, PathVertex vertex, uint mask, bool goes_on, vec3 direction) {
-  path.origin_m = goes_on ? start_of(vertex.point, vertex.n, direction, vertex.size) : vertex.point;
+  path.origin_m = goes_on ? start_of(vertex.point, vertex.n, direction, vertex.clearance_m) : vertex.point;
   if (goes_on) path.direction = direction;
   paths[args.write_from + place] = path;
   write_ray(place, goes_on ? OutputRay(path.origin_m, path.direction, 0.0, 1e30, path.t_ns, mask)
