@@ -41,7 +41,7 @@ class SurfaceCheck {
   double unknown_m3() const noexcept { return unknown_m3_; }
 
  private:
-  /// How deep the triangle's deepest point lies, at most; empty: too deep.
+  /// Upper bound of the depth of the triangle's deepest point; empty: above the tolerance.
   std::optional<double> depth_of(const glm::uvec3& triangle) {
     double min_m = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 3; ++i) {

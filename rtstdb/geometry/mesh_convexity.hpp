@@ -12,14 +12,18 @@
 
 namespace rtstdb {
 
-/// The distance from the surface of the hull up to which the surface of a mesh is convex.
+/// The depth below the surface of its hull up to which a mesh counts as convex.
 double convexity_tolerance_m(std::span<const glm::vec3> points_m, double diagonal_m);
 
-/// Finds out that most meshes are not convex, before anything is sorted: a corner is deep inside the hull of
-/// a few corners.
+/// A fast test that recognises most meshes that are not convex: a corner is deep inside the hull of a few
+/// others. False: undecided.
 bool is_plainly_not_convex(const MeshView& mesh);
 
-enum class Convexity : std::uint8_t { none, fronts_outside, fronts_inside };
+enum class Convexity : std::uint8_t {
+  none,            ///< not convex
+  fronts_outside,  ///< the triangles are counter-clockwise as seen from outside
+  fronts_inside,
+};
 
 /// The convexity of a closed mesh that has a hull, up to the tolerance.
 Convexity convexity_of(const WeldedMesh& mesh, const HullTriangles& hull, double allowed_m);

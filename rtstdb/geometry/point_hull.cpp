@@ -31,8 +31,8 @@ bool is_near_some(std::span<const glm::vec3> points_m, const std::vector<std::ui
   return false;
 }
 
-/// The corners without those that are near the hull of the corners around them: of points that are equally
-/// far outside a plane, as those of an edge, quickhull chooses any first.
+/// The corners that are not near the hull of their neighbours. Quickhull has others, since it takes points
+/// that are equally far outside a plane, as those of an edge, in any order.
 std::vector<std::uint32_t> needed_corners(std::span<const glm::vec3> points_m, const HullTriangles& hull,
                                           double tolerance_m) {
   constexpr std::size_t max_around = 16;  // the number of triangles of corners grows with its cube
@@ -40,13 +40,13 @@ std::vector<std::uint32_t> needed_corners(std::span<const glm::vec3> points_m, c
   for (const glm::uvec3& t : hull.triangles)
     for (int i = 0; i < 3; ++i)
       around[t[i]].push_back(t[(i + 1) % 3]);
-  // Corners that others are near stay, so that distances do not add up.
+  // A corner to which an omitted one is near stays, so that distances do not add up.
   std::vector<char> stays(points_m.size()), is_left_out(points_m.size());
   std::vector<std::uint32_t> needed;
   for (const std::uint32_t corner : hull.corners) {
     std::vector<std::uint32_t> present;
-    for (const std::uint32_t other : around[corner])
-      if (is_left_out[other] == 0) present.push_back(other);
+    for (const std::uint32_t neighbour : around[corner])
+      if (is_left_out[neighbour] == 0) present.push_back(neighbour);
     std::array<std::uint32_t, 3> near{};
     if (stays[corner] == 0 && present.size() <= max_around &&
         is_near_some(points_m, present, corner, tolerance_m, near)) {

@@ -12,7 +12,7 @@
 
 namespace rtstdb {
 
-/// Ulp at the size of a coordinate; not below the least positive value. The coordinate is finite.
+/// Ulp at a finite coordinate; that of the least normal value for smaller ones.
 inline double ulp_m(double coordinate_m) noexcept {
   using Single = std::numeric_limits<float>;
   const double size_m = std::max(std::abs(coordinate_m), static_cast<double>(Single::min()));

@@ -19,12 +19,12 @@ PosedPair posed_pair(const World& world, EntityId first, EntityId second, WorldT
 
 PairTruth pair_truth(const PosedPair& pair);
 
-/// The truth about two parts of the entities.
+/// The pair of two parts of the entities.
 PosedPair posed_parts(const World& world, EntityId first, std::uint32_t first_part, EntityId second,
                       std::uint32_t second_part, WorldTime t);
 
-/// Judge a property of an answered pair; the last of one contact point, whose normal has to be that of
-/// `answer`. judge_direction: the gap along n is not below `at_least_m`. judge_status: too_close where the
+/// Judge a property of an answered pair. judge_contact judges one contact point, whose normal has to be that
+/// of `answer`. judge_direction: the gap along n is not below `at_least_m`. judge_status: too_close where the
 /// distance is within its precision of the border between two statuses.
 Judgement judge_status(const PairTruth& truth, const ContactSearch& search, const ContactPair& answer);
 Judgement judge_undecided(const PairTruth& truth, const ContactPair& answer);

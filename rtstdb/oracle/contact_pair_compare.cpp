@@ -104,7 +104,7 @@ Judgement judge_velocity(const PosedEntity& first, const PosedEntity& second, co
 
 namespace {
 
-/// Whether the point, which is on the surface of the body within the tolerance, is so on the named triangle.
+/// Whether the point is within the tolerance of the named triangle, as it is of the surface of the body.
 Judgement judge_triangle(const ConvexBody& body, std::uint32_t triangle, const glm::dvec3& surface_m,
                          double tolerance_m) {
   if (triangle >= body.triangles_m.size())

@@ -206,7 +206,7 @@ struct PairTruth {
   /// that penetrate, along the shortest translation of the first that separates them.
   glm::dvec3 n_world{0.0};
   glm::dvec3 p_first_m{0.0}, p_second_m{0.0};  ///< ends of the shortest segment; zero if they penetrate
-  /// Greatest width of the bounds of an answer, as ContactQuery states it, but for its share of the depth.
+  /// Greatest width of an answer's bounds as ContactQuery states it, without the term relative to the depth.
   double precision_m = 0.0;
   double ulp_m = 0.0;  ///< single precision at the larger body's largest coordinate
 
@@ -214,7 +214,7 @@ struct PairTruth {
   double depth_tolerance_m() const noexcept;
 };
 
-/// Relative to the depth, where this exceeds precision_m.
+/// Tolerance of a depth, as a share of the depth; applies where it exceeds precision_m.
 inline constexpr double depth_relative_tolerance = 0.01;
 
 /// The truth of two entities with convex geometry: of the hulls of their corners. Depth: the largest gap

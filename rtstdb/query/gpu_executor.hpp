@@ -28,7 +28,7 @@ class GpuExecutor final : public Executor {
   /// `open` is also called later, on the engine thread.
   static Result<std::unique_ptr<GpuExecutor>> create(OpenDevice open, const DatabaseOptions& options);
 
-  /// Sets the materials and lights of rows for image queries; they outlive the executor's last run.
+  /// Sets the materials and lights of rows for image queries. `appearance` must outlive the last run.
   /// Without it, rows name the default material and no light.
   void show(const Appearance& appearance) noexcept { appearance_ = &appearance; }
 

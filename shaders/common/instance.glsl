@@ -140,7 +140,7 @@ MotionBox bounds_of(Instance i, Extents extents, float window_s) {
 // one of integers.
 float since(Instance i, int t_ns) { return float(t_ns - i.from_ns) * 1e-9; }
 
-// The same bits in all kernels: no multiplication is fused with an addition.
+// All kernels compute the same bits: `precise` keeps multiplication and addition apart.
 vec3 position_of(Instance i, int t_ns) {
   precise vec3 p = i.p + i.v * since(i, t_ns);
   return p;

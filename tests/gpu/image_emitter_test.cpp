@@ -337,9 +337,9 @@ class ImageOfFarEmitters : public ImageOfEmitters {
   }
   struct Deviations {
     double worst = 0.0;  // of a plate
-    double sum = 0.0;    // of all plates of a lamp; the largest
+    double sum = 0.0;    // largest deviation of the sum over the plates of a lamp
   };
-  /// Shares of the closed form, without plates whose planes may cut the lamp.
+  /// Relative deviations from the closed form; plates whose planes may cut the lamp are left out.
   Deviations deviations(ImageQuery& query, std::uint32_t lamps) {
     Deviations all;
     for (std::uint32_t seed = 0; seed < lamps; ++seed) {
@@ -377,8 +377,8 @@ TEST_F(ImageOfFarEmitters, ArePathTracedAtAnyDistanceAndPlace) {
   EXPECT_LT(deviations(*path_traced_, 16).sum, 0.05);
 }
 
-/// What is closely in front of a panel hides it, but for edges that are seen at a grazing angle, and what is
-/// closely behind it does not.
+/// A thing close in front of a panel hides it, except edges that are seen at a grazing angle; a thing close
+/// behind it does not.
 TEST_F(ImageOfFarEmitters, AreHiddenByShuttersCloseToThem) {
   for (std::uint32_t seed = 0; seed < 40; ++seed) {
     Random random(7000 + seed);
@@ -412,7 +412,7 @@ TEST_F(ImageOfFarEmitters, AreHiddenByShuttersCloseToThem) {
   }
 }
 
-/// A panel of two parallel sheets, which is not closed: the one behind is hidden.
+/// A panel of two parallel sheets is not closed: the front sheet hides the other.
 TEST_F(ImageOfFarEmitters, SheetsHideEachOther) {
   for (std::uint32_t seed = 0; seed < 20; ++seed) {
     Random random(8000 + seed);

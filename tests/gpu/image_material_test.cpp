@@ -106,7 +106,7 @@ TEST_P(ImageOfMaterials, AWhitePlateIsAsBrightAsTheSky) {
   }
 }
 
-/// At all angles of incidence.
+/// A sphere has all angles of incidence.
 TEST_P(ImageOfMaterials, AWhiteOpaqueSphereIsAsBrightAsTheSky) {
   create_uniform_sky();
   const GeometryId sphere = add(make_sphere(1.0, 4));
@@ -145,8 +145,8 @@ TEST_P(ImageOfMaterials, AWhiteClearSphereIsAsBrightAsTheSky) {
   expect_furnace(materials, cameras, 64, 0.02, 8, 48);
 }
 
-/// A path whose mirror leads into the surface is lost, and others are brighter for it: within a body the
-/// brightness grows from bounce to bounce of ever fewer paths. So few paths of a rough mirror may do so.
+/// A path that a mirror sends into the surface is lost, and the remaining paths weigh more. Within a body
+/// that repeats at each bounce and adds noise, so a rough mirror must lose few paths.
 TEST_F(ImageTest, ARoughMirrorLosesFewPaths) {
   const glm::dvec3 all(sky_cdpm2);
   create_light({.kind = LightKind::sky, .zenith_cdpm2 = all, .horizon_cdpm2 = all, .ground_cdpm2 = all});

@@ -154,8 +154,8 @@ struct ContactQueryOptions {
 ///            whichever is more. On flat faces of the other body: 1e-6 rad in place of 1e-5 rad. Rims of
 ///            cylinders on rims and edges, and ellipsoids: within 1e-3 rad.
 ///   points   At half its depth before and behind each point, along the normal, are the surfaces of both
-///            bodies and the named triangles, within the precision. No point has surfaces that are farther
-///            apart than the margin by more than the precision.
+///            bodies and the named triangles, within the precision. At no point are the surfaces
+///            farther apart than the margin plus the precision.
 /// Pairs that single precision does not decide, and every depth, are computed in double precision. Precision
 /// of surfaces: 1e-4 of the diagonal of the smaller body, or 4 ulp of the larger body or of the distance,
 /// whichever is most; for their depths see above.

@@ -90,7 +90,7 @@ struct Pose {
 /// The pose at time t, before and after valid_from alike. Double precision.
 Pose pose_at(const Motion& motion, WorldTime t) noexcept;
 
-/// The motion with valid_from = t: pose_at gives the same poses for both, up to rounding.
+/// Describes the same motion from valid_from = t on: pose_at gives the same poses for both, up to rounding.
 Motion rebased(const Motion& motion, WorldTime t) noexcept;
 
 }  // namespace rtstdb

@@ -5,12 +5,13 @@
 //           Pixels are square. Column 0 is at the left, row 0 at the top.
 // Surface   Scatters and emits light on both sides, as its entity's material says (material.hpp).
 // Light     Lights that rows name (light.hpp), entities whose material emits light, and the fixed lights of
-//           the query. A shadow ray ends before a light by 3 millionths of its length and of the light's
-//           largest coordinate in the frame of its entity, over the cosine of the angle to the normal of an
-//           emitting surface: what is in front of it by more hides it. The inner side of a closed geometry
-//           (GeometryInfo::closed) lights nothing beyond the box of the body, however thin the body is; this
-//           needs fronts that are all outside or all inside. So lamps of 10 cm and more are right up to
-//           10,000 diameters away and 10 km from the origin of the world.
+//           the query. A shadow ray ends before a light by 3e-6 of the sum of its length and the largest
+//           coordinate of its end in the frame of the light's entity; for emitting surfaces, divided by the
+//           cosine of the angle between ray and normal. Only things farther in front of the light than that
+//           hide it. The inner side of a closed geometry (GeometryInfo::closed) lights nothing outside the
+//           box of the body; for this all triangles must have the same orientation, outward or inward. The
+//           light of lamps of 10 cm and more is right up to 10,000 diameters away and 10 km from the origin
+//           of the world.
 // Units     Colours are luminances of the linear sRGB primaries in cd/m2: a grey (L, L, L) has luminance L.
 //
 // The rules of all queries (query.hpp) hold: frames, times, threads, lifetime.
@@ -161,9 +162,8 @@ struct ImageQueryOptions {
   std::uint32_t samples_per_pixel = 16;
   /// Reflections and refractions before light reaches the camera: 0 to max_image_bounces. Light that needs
   /// more is missing. It matters most in closed bodies that are clear in part, where light is reflected until
-  /// it meets the clear part at a steep angle: of white spheres with a refractive index of up to 1.5 the path
-  /// tracer loses up to 6 % of the light with 16 bounces, 1.5 % with 64; with an index of 2.5 up to 14 and
-  /// 4 %, with 4 up to 35 and 9 %.
+  /// it meets the clear part at a steep angle. White spheres in the path tracer lose, with 16 and with 64
+  /// bounces, up to 6 % and 1.5 % (refractive index up to 1.5), 14 % and 4 % (2.5), 35 % and 9 % (4).
   std::uint32_t bounces = 4;
   Shadows shadows = Shadows::traced;     ///< of real-time mode
   std::uint32_t shadow_map_side = 1024;  ///< texels, min_shadow_map_side to max_shadow_map_side

@@ -85,8 +85,7 @@ struct ImpactQueryOptions {
 };
 
 /// First times of impact. `searches` has `capacity` elements; `answers` has one for each search of the last
-/// transaction. If several first impacts have one time, the answer is that with the lowest entity
-/// index.
+/// transaction. If several first impacts have one time, the answer is that with the lowest entity index.
 /// Precision: at the time of the answer the distance is between 0 and the tolerance, and at no earlier time
 /// it is below half of that. Where 4 units in the last place of the larger body's coordinates exceed a tenth
 /// of the tolerance, these take its place; over distance_m they are also the error of n_world, in radians.

@@ -5,13 +5,13 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
 
 #include <rtstdb/limits.hpp>
 
+#include "rtstdb/geometry/mesh_surface.hpp"
 #include "rtstdb/geometry/ulp.hpp"
 #include "rtstdb/query/remainder.hpp"
 
@@ -42,41 +42,21 @@ double largest_coordinate_m(const PairBody& body) noexcept {
   return std::max({largest_m.x, largest_m.y, largest_m.z});
 }
 
-/// Squared distance of a point from a triangle of a scaled hull's mesh.
-double square_distance_m2(const accel::GeometryPool::PooledHull& hull, const glm::dvec3& scale,
-                          std::uint32_t triangle, const glm::dvec3& point_m) noexcept {
-  constexpr double tiny = std::numeric_limits<double>::min();
-  const glm::uvec3& corners = hull.mesh->triangles[triangle];
-  const std::array<glm::dvec3, 3> c{glm::dvec3(hull.mesh->positions_m[corners.x]) * scale,
-                                    glm::dvec3(hull.mesh->positions_m[corners.y]) * scale,
-                                    glm::dvec3(hull.mesh->positions_m[corners.z]) * scale};
-  const glm::dvec3 n = glm::cross(c[1] - c[0], c[2] - c[0]);
-  bool is_inside = true;
-  double to_sides_m2 = std::numeric_limits<double>::max();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const glm::dvec3 side = c[(i + 1) % 3] - c[i];
-    const glm::dvec3 off = point_m - c[i];
-    const double along = std::clamp(glm::dot(off, side) / std::max(glm::dot(side, side), tiny), 0.0, 1.0);
-    const glm::dvec3 to_side = off - along * side;
-    to_sides_m2 = std::min(to_sides_m2, glm::dot(to_side, to_side));
-    is_inside = is_inside && glm::dot(glm::cross(side, off), n) >= 0.0;
-  }
-  const double height = glm::dot(point_m - c[0], n);
-  return is_inside ? height * height / std::max(glm::dot(n, n), tiny) : to_sides_m2;
-}
-
 /// The triangle at the point: the nearest of the face, or, where that is farther than `precision_m`, the
 /// nearest of all.
 std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, const glm::dvec3& scale,
                           std::uint32_t face, const glm::dvec3& point_m, double precision_m) noexcept {
   const std::span all(hull.hull->face_triangles);
   std::uint32_t best = all.front();
-  double min_square_m2 = std::numeric_limits<double>::max();
+  double min_distance_m = std::numeric_limits<double>::max();
   const auto search = [&](std::span<const std::uint32_t> triangles) {
     for (const std::uint32_t triangle : triangles) {
-      const double square_m2 = square_distance_m2(hull, scale, triangle, point_m);
-      if (square_m2 >= min_square_m2) continue;
-      min_square_m2 = square_m2;
+      Corners corners = corners_of(*hull.mesh, triangle);
+      for (glm::dvec3& corner_m : corners)
+        corner_m *= scale;
+      const double distance_m = distance_to_triangle_m(corners, point_m);
+      if (distance_m >= min_distance_m) continue;
+      min_distance_m = distance_m;
       best = triangle;
     }
   };
@@ -85,7 +65,7 @@ std::uint32_t triangle_at(const accel::GeometryPool::PooledHull& hull, const glm
     const ConvexHull::Face& of_hull = hull.hull->faces[face];
     search(all.subspan(of_hull.first_triangle, of_hull.triangle_count));
   }
-  if (min_square_m2 > precision_m * precision_m) search(all);
+  if (min_distance_m > precision_m) search(all);
   return best;
 }
 

@@ -24,9 +24,9 @@ constexpr double longest_part = 1.0 / 48.0;
 constexpr double flat_share = 1e-4;
 /// A triangle with a smaller share of the area makes no side of its own.
 constexpr double min_side_area = 1e-7;
-/// A shadow ray leads to a point that is this far, as a share of the diameter, from the edges of its
-/// triangle, if there is one: beside an edge, rounding decides which triangle it meets.
-constexpr double wanted_inset = 2e-4;
+/// Distance of a shadow ray's end from the edges of its triangle, as a share of the diameter. Beside an edge,
+/// rounding decides which triangle the ray meets. Zones of smaller triangles use what is possible.
+constexpr double target_inset = 2e-4;
 /// How far the points toward the borders are from the middle, in standard deviations.
 constexpr double border_deviations = 1.4;
 
@@ -197,7 +197,7 @@ void EmitterZones::read(std::span<const glm::uvec3> triangles, std::span<const g
     area_ += facet.area;
     volume += facet.area * glm::dot(facet.n, facet.at.a - middle_);
   }
-  // The front of a closed body is outside.
+  // The front is made the outer side; that of an open mesh is any.
   if (volume < 0.0)
     for (Facet& facet : facets_)
       facet.n = -facet.n;
@@ -378,7 +378,7 @@ void EmitterZones::set_points(const Zone& zone, std::span<shared::EmitterPoint> 
   float deepest = 0.0f;
   for (std::uint32_t k = zone.begin; k < zone.end; ++k)
     deepest = std::max(deepest, samples_[order_[k]].inset);
-  const float min_inset = std::min(static_cast<float>(wanted_inset), 0.5f * deepest);
+  const float min_inset = std::min(static_cast<float>(target_inset), 0.5f * deepest);
   for (std::uint32_t k = zone.begin; k < zone.end; ++k) {
     const Sample& sample = samples_[order_[k]];
     if (sample.inset < min_inset) continue;

@@ -48,7 +48,7 @@ std::optional<BadInput> check_value(const char* field, double value, double lowe
                     value, {.lowest = lowest, .highest = highest});
 }
 
-/// As above for a field in single precision, whose rounded limits are allowed.
+/// Checks a field in single precision; its limits are rounded to single precision.
 std::optional<BadInput> check_value(const char* field, float value, double lowest, double highest,
                                     std::uint32_t element) noexcept {
   if (value >= static_cast<float>(lowest) && value <= static_cast<float>(highest)) return std::nullopt;

@@ -210,7 +210,7 @@ const ImageLights::Mesh* ImageLights::mesh_of(GeometryId geometry, const BatchWo
   for (shared::EmitterTriangle& triangle : added) {
     triangle.below *= per_area;
     triangle.share *= per_area;
-    // The front of a closed body is outside.
+    // The front is made the outer side; that of an open mesh is any.
     if (volume < 0.0) std::swap(triangle.b_m, triangle.c_m);
   }
   meshes_.push_back({geometry, used_triangles_, static_cast<std::uint32_t>(added.size())});

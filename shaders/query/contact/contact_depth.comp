@@ -27,8 +27,8 @@ const uint max_vertices = 128u;
 const uint max_faces = 2u * max_vertices;  // a closed polytope of n vertices has 2 n - 4
 const uint local_vertices = 32u;           // of them, for the search in the best direction
 const uint faces_per_step = 4u;
-const double half_unit = 1.2e-16LF;  // an upper bound of a rounding, relative
-const uint reserved_rounds = 4000u;  // for the search for the point after the loop
+const double double_rounding = 1.2e-16LF;  // upper bound of a rounding, relative
+const uint reserved_rounds = 4000u;        // for the search for the point after the loop
 
 // The polytope. The corners of a face are numbers of vertices, counter-clockwise from outside; its neighbours
 // are the faces beyond the edges from the first to the second corner, and so on. A byte each.
@@ -77,9 +77,9 @@ void set_face(uint face, uvec3 corners, uvec3 neighbours) {
   face_neighbours[face] = neighbours.x | neighbours.y << 8 | neighbours.z << 16;
   face_normals[face] = n;
   face_distances[face] = area > 1e-14LF * longest ? dot(n, nearest) : real_max;
-  // Rounding turns the normal of a thin triangle, and so its plane about that corner.
-  const double turned = area > 1e-14LF * longest ? 8.0LF * half_unit * longest / area : 0.0LF;
-  face_roundings[face] = float(turned * sqrt(min(min(i_square, j_square), k_square)));
+  // Rounding turns the normal of a thin triangle, and the plane turns about the corner nearest to the origin.
+  const double angle = area > 1e-14LF * longest ? 8.0LF * double_rounding * longest / area : 0.0LF;
+  face_roundings[face] = float(angle * sqrt(min(min(i_square, j_square), k_square)));
 }
 
 // The corners of a tetrahedron of support points, as large as simple choices make it. False: the difference

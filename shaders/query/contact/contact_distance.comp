@@ -62,7 +62,8 @@ void main() {
 #ifndef CONTACT_DOUBLE
   // Rounding turns the normal by less than a degree.
   const bool has_normal = found.lower > 100.0 * rounding;
-  // Contact points need both ends of the span, and the answer has one of them and the direction.
+  // Contact points need the nearest points of both bodies. The answer has one of them and the direction; the
+  // other one follows only if the span has that direction.
   const bool has_points = found.lower > record.margin_m + rounding ||
                           distance(found.span, found.upper * n) <= 0.25 * record.precision_m;
   const bool is_narrow = result.max_m - result.min_m <= record.precision_m;

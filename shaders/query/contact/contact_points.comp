@@ -28,8 +28,8 @@ real3 clipped[max_clipped];  // the other polygon, and what is left of it
 uint clipped_count = 0u;
 real3 copied[max_clipped];
 
-// A face of a body; on a solid's curved surface the line that is parallel to the axis, or a single point.
-// Then `index` is the number of flat faces.
+// A flat face of a body. On a solid's curved surface it is a line parallel to the axis, or a single point;
+// its `index` is the number of flat faces then.
 struct Face {
   uint index;
   real3 normal;  // unit, frame of the pair
@@ -127,7 +127,7 @@ Face face_at(Hull hull, real3 point, real3 direction, real slack_m) {
     best.index = hull.faces;
     best_score = max(best_score, 0.0);
   }
-  // One loop for faces and sides: lavapipe counts a round of an inner loop for each face.
+  // One loop for faces and sides: lavapipe would count a round of an inner loop for each face.
   uint f = 0u;
   FaceTest test;
   test.tested_sides = 0u;
@@ -136,8 +136,8 @@ Face face_at(Hull hull, real3 point, real3 direction, real slack_m) {
     if (f < hull.faces) {
       if (test.tested_sides == 0u) test = test_of(hull, f, point);
       const real height_score = score_of(test.face.normal, test.height, direction, slack_m);
-      // The plane is as near as the polygon, or nearer. Where it is not near, the face is no better than one
-      // that the point is on.
+      // The plane is as near as the polygon, or nearer, so height_score bounds the score. A face whose plane
+      // is not near can not win against one that the point is on.
       if (test.height < 4.0LF * slack_m && height_score > best_score) test_side(hull, point, test);
       if (test.tested_sides == 0u || test.tested_sides == test.face.corner_count) {
         const real off_m = test.is_beside ? sqrt(test.side_square) : test.height;

@@ -12,7 +12,7 @@ struct HullDistance {
   real lower;       // bounds of the distance, without rounding; not above 0: the hulls may overlap
   real upper;
   real3 point;  // of the first hull
-  real3 span;   // to that point from the nearest one of the second hull; as long as the upper bound
+  real3 span;   // from the nearest point of the second hull to `point`; its length is the upper bound
   real inside;  // above 0: the hulls overlap, and the Minkowski difference holds a ball of this radius
 };
 

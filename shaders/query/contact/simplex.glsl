@@ -14,7 +14,7 @@ struct NearestOfSimplex {
   real4 weights;  // exactly 0: the nearest point does not depend on this point
   real square;
   bool holds_origin;
-  // Of a simplex that holds the origin: a lower bound, above 0, of the origin's distance from its faces.
+  // Lower bound, above 0, of the origin's distance from the faces; only if the simplex holds the origin.
   real inside;
 };
 
@@ -74,7 +74,7 @@ real4 weights_of(NearestOfTriangle point, uvec3 corners) {
 
 // The distance of the origin from a face of a tetrahedron, on the side of the fourth corner; not above 0: the
 // face separates the origin from that corner. So does each face of a tetrahedron that is so flat that
-// rounding decides on which side the corner is. `error`: a bound of the rounding, which turns thin faces.
+// rounding decides on which side the corner is. `error`: bound of the rounding; large for thin faces.
 real height_above(Simplex s, uvec3 corners, uint fourth, out real error) {
   const real3 a = s.w[corners.x];
   const real3 d = s.w[fourth];

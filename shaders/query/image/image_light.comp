@@ -7,8 +7,8 @@
 //
 // The light of a zone (shared/image.h) is an integral over the zone up to second order, by the means and
 // covariances of its positions and normals. A part of a curved zone faces the receiver, and a part of a zone
-// that the receiver's plane cuts is above it. Both follow from the assumption that what decides, a cosine or
-// a height, is distributed uniformly over the zone, with its mean and its variance.
+// that the receiver's plane cuts is above it. Both follow from the assumption that the cosine, or the
+// height, is distributed uniformly over the zone, with its mean and its variance.
 #include "query/image/path_vertex.glsl"
 
 layout(set = 0, binding = 16, scalar) readonly buffer ZonesBuffer { EmitterZone zones[]; };
@@ -59,7 +59,7 @@ EmitterPoint seen_point(uint zone_index, vec3 receiver, vec3 n, bool from_front)
 }
 
 // `receiver`, `n`: the point and the normal of the other surface, in the axes of the zone, as all results.
-// `front_alone`: the receiver sees no back of the surface.
+// `front_alone`: the back of the surface gives the receiver no light.
 ZoneLight light_of_zone(uint zone_index, vec3 receiver, vec3 n, vec3 luminance, bool front_alone) {
   const EmitterZone record = zones[zone_index];
   ZoneLight result = ZoneLight(n, vec3(0.0), n, 0.0);
@@ -113,9 +113,9 @@ ZoneLight light_of_zone(uint zone_index, vec3 receiver, vec3 n, vec3 luminance, 
   EmitterPoint seen = zone_points[zone_index * points_per_zone];
   if (is_cut || is_turned) seen = seen_point(zone_index, receiver, n, from_front);
   result.to_shadow = seen.p_m - receiver;
-  const float way_m = max(length(result.to_shadow), 1e-12);
-  result.end_clearance =
-      end_clearance(way_m, largest_coordinate(seen.p_m), abs(dot(seen.n, result.to_shadow)) / way_m);
+  const float to_shadow_m = max(length(result.to_shadow), 1e-12);
+  result.end_clearance = end_clearance_of(to_shadow_m, largest_coordinate(seen.p_m),
+                                          abs(dot(seen.n, result.to_shadow)) / to_shadow_m);
   return result;
 }
 

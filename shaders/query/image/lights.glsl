@@ -59,34 +59,34 @@ vec3 light_from_afar(vec3 direction, Instant at, uint mask, float pdf, bool mirr
   return sum;
 }
 
-// Where a triangle of an entity is, from a point: so its corners have the rounding of their distance, not of
-// their coordinates.
-struct SeenTriangle {
+// Corners of an emitter's triangle relative to a point, so that their rounding is that of the distance, not
+// of world coordinates.
+struct RelativeTriangle {
   vec3 a;
   vec3 b;
   vec3 c;
 };
 
-SeenTriangle triangle_from(vec3 from, EmitterTriangle triangle, Instance i, int t_ns) {
+RelativeTriangle triangle_from(vec3 from, EmitterTriangle triangle, Instance i, int t_ns) {
   precise vec3 p = position_of(i, t_ns) - from;
   const vec4 q = orientation_of(i, t_ns);
-  return SeenTriangle(p + rotate(q, triangle.a_m * i.scale), p + rotate(q, triangle.b_m * i.scale),
-                      p + rotate(q, triangle.c_m * i.scale));
+  return RelativeTriangle(p + rotate(q, triangle.a_m * i.scale), p + rotate(q, triangle.b_m * i.scale),
+                          p + rotate(q, triangle.c_m * i.scale));
 }
 
-// The end of a shadow ray is known to this part of its length and of the coordinates in the frame of the
-// body that the end lies on, across the surface.
+// Precision of the end of a shadow ray across the surface: a share of the ray's length plus the end's
+// coordinates in the frame of its body.
 const float end_precision = 3e-6;
 
-// A shadow ray ends this part of its way before a light: as much as its end is uncertain along the ray.
+// The share of a shadow ray that is left out before the light: the uncertainty of its end along the ray.
 // `reach_m`: the largest coordinate of the end in the frame of its body; `cosine`: of the angle between the
 // ray and the normal there.
-float end_clearance(float distance_m, float reach_m, float cosine) {
+float end_clearance_of(float distance_m, float reach_m, float cosine) {
   return min(end_precision * (1.0 + reach_m / distance_m) / max(cosine, 1e-6), 0.5);
 }
 
-// Whether a point sees no inner side of an entity's surface: the entity bounds a body, and the point is
-// outside of its box. `from_m`: the point, from the position of the entity and in its axes.
+// Whether the inner side of an entity's surface can not light a point: the surface is closed, and the point
+// is outside its box. `from_m`: the point relative to the entity's position, in its axes.
 bool sees_no_inner_side(Instance i, vec3 from_m) {
   return i.closed && any(greaterThan(abs(from_m - i.box_center * i.scale), i.box_half * i.scale));
 }
@@ -105,11 +105,11 @@ uint emitter_light_of(uint entity) {
   return first < args.lights && lights[first].entity == entity ? first : args.lights;
 }
 
-// Across the triangle, toward its outer side; its length is twice the area.
-vec3 outward(SeenTriangle at) { return cross(at.b - at.a, at.c - at.a); }
+// The outward normal of the triangle times twice its area.
+vec3 outward(RelativeTriangle at) { return cross(at.b - at.a, at.c - at.a); }
 
-// The probability per steradian with which chosen_light finds a point, at `to`, of a surface that emits
-// light. `across`: of its triangle.
+// The probability per steradian with which chosen_light chooses the point in direction `to` of a surface
+// that emits light. `across`: outward() of its triangle.
 float pdf_of_emitter(vec3 across, float share, vec3 to) {
   const float projected = abs(dot(across, to));  // twice the area, times cosine and distance
   if (projected <= 0.0) return 0.0;
@@ -130,9 +130,9 @@ float weight_of_reflected(uint light_index, uint triangle, Instance i, int t_ns,
 struct LightSample {
   vec3 to;  // from the surface; its length is the distance, or 1 if it is infinite
   bool is_infinite;
-  vec3 light;  // luminance over the probability of the direction
-  float pdf;   // per steradian; 0: a reflected ray can not find it
-  float end_clearance;
+  vec3 light;           // luminance over the probability of the direction
+  float pdf;            // per steradian; 0: a reflected ray can not find it
+  float end_clearance;  // share of the shadow ray that is left out before the light
 };
 
 LightSample no_light() { return LightSample(vec3(0.0, 0.0, 1.0), true, vec3(0.0), 0.0, 0.0); }
@@ -160,7 +160,7 @@ LightSample lamp_sample(LightRecord light, Instant at, vec3 from) {
     falloff = t * t * (3.0 - 2.0 * t);
   }
   return LightSample(to, false, light.color * (falloff / distance_squared * float(chosen_lights())), 0.0,
-                     end_clearance(sqrt(distance_squared), largest_coordinate(light.p_m), 1.0));
+                     end_clearance_of(sqrt(distance_squared), largest_coordinate(light.p_m), 1.0));
 }
 
 LightSample emitter_sample(LightRecord light, Instant at, vec3 from, vec3 random) {
@@ -177,7 +177,7 @@ LightSample emitter_sample(LightRecord light, Instant at, vec3 from, vec3 random
   const EmitterTriangle triangle = emitters[first];
   Instance i = instance_of_entity(light.entity, at);
   fetch_instance_box(instances, places[light.entity] + at.instance_base, i);
-  const SeenTriangle seen = triangle_from(from, triangle, i, at.t_ns);
+  const RelativeTriangle seen = triangle_from(from, triangle, i, at.t_ns);
   // Uniform over the triangle.
   const float root = sqrt(random.x);
   const vec3 to = mix(seen.a, mix(seen.b, seen.c, random.y), root);
@@ -191,7 +191,7 @@ LightSample emitter_sample(LightRecord light, Instant at, vec3 from, vec3 random
   const float distance_m = length(to);
   const float cosine = abs(dot(across, to)) / (length(across) * distance_m);
   const float reach_m = largest_coordinate(to + from_entity);
-  return LightSample(to, false, light.color / pdf, pdf, end_clearance(distance_m, reach_m, cosine));
+  return LightSample(to, false, light.color / pdf, pdf, end_clearance_of(distance_m, reach_m, cosine));
 }
 
 // A point of a light. `random`: which one.

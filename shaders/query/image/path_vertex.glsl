@@ -26,9 +26,9 @@ layout(set = 0, binding = 12, scalar) writeonly buffer ActivityBuffer {
 #include "query/image/surface.glsl"
 #include "query/image/lights.glsl"
 
-// A point where a path meets a surface is off the surface by less than these parts of its coordinates in the
-// world, to which it is rounded, and of the way there and its coordinates in the frame of its body, in which
-// it is found.
+// Bounds of the distance of a computed point from its surface: world_precision times its world coordinates,
+// plus body_precision times the sum of its distance from the ray's origin and its coordinates in the frame of
+// its body.
 const float world_precision = 5e-7;
 const float body_precision = 2e-6;
 

@@ -130,7 +130,7 @@ float smith_lambda(vec3 direction, float alpha) {
   return 0.5 * (sqrt(1.0 + alpha * alpha * tangent_squared) - 1.0);
 }
 
-// A visible microfacet. `reach`: of the cap of directions from which it is chosen; 1: all.
+// Samples a visible microfacet. `reach`: the part of the spherical cap that is sampled; 1: the whole cap.
 vec3 microfacet_of_cap(vec3 toward, float alpha, vec2 random, float reach) {
   const vec3 stretched = normalize(vec3(alpha * toward.xy, toward.z));
   const float lowest = reach * stretched.z;
@@ -143,7 +143,7 @@ vec3 visible_microfacet(vec3 toward, float alpha, vec2 random) {
   return microfacet_of_cap(toward, alpha, random, 1.0);
 }
 
-// The reach of a cap that has all microfacets that reflect `toward` out of the surface, and few others.
+// The reach of a small cap that holds all microfacets that reflect `toward` out of the surface.
 float reach_of_reflecting(vec3 toward, float alpha) {
   const float s = 1.0 + length(toward.xy);
   const float squares = alpha * alpha / (s * s) * toward.z * toward.z;
