@@ -117,6 +117,7 @@ TEST_F(DeviceLoss, IsAssumedIfBindingsToALargerPoolFail) {
   const TriangleMesh larger_than_the_pool = make_sphere(0.8, 6);
   bool added = false;
   int refused = 0;
+  // A sample of the bindings: each failure is followed by queries of all kinds.
   for (int calls = 0; !added && !HasFailure(); calls += 5) {
     SCOPED_TRACE(testing::Message() << "after " << calls << " calls");
     loader_.fail("vkAllocateDescriptorSets", FaultLoader::out_of_device_memory, 1, calls);
