@@ -27,16 +27,15 @@ class CountJudge final : public Judge {
              std::int64_t time_ns) noexcept override {
     const Truth truth = condition_.truth(table, time_ns);
     coverage_.check(table, time_ns, truth != Truth::unknown);
-    if (truth == Truth::yes && last_ != Truth::yes) {
+    if (condition_.became_true()) {
       ++count_;
       last_ns_ = time_ns;
       if (claim_.max && count_ > *claim_.max && !exceeded_ns_) exceeded_ns_ = time_ns;
     }
-    last_ = truth;
   }
   void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
             std::int64_t time_ns) noexcept override {
-    last_ = condition_.truth(table, time_ns);
+    condition_.truth(table, time_ns);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -77,7 +76,6 @@ class CountJudge final : public Judge {
   const Count claim_;
   WatchedCondition condition_;
   Coverage coverage_;
-  Truth last_ = Truth::no;
   std::uint64_t count_ = 0;
   std::int64_t last_ns_ = 0;
   std::optional<std::int64_t> exceeded_ns_;

@@ -61,7 +61,8 @@ ConditionMargin::ConditionMargin(const config::Expression& condition, const sign
 }
 
 double ConditionMargin::at(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  return expression_ ? expression_->evaluate(table, time_ns) : std::numeric_limits<double>::quiet_NaN();
+  return expression_ ? expression_->evaluate(table, time_ns, signals::Unpublished::unknown)
+                     : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace hil::expectations

@@ -162,8 +162,7 @@ void ReactionJudge::check(const signals::SignalTable& table, std::span<const Arr
                           std::int64_t time_ns) noexcept {
   const Truth when = conditions_[0].truth(table, time_ns);
   const Truth then = conditions_[1].truth(table, time_ns);
-  if (when == Truth::yes && last_when_ != Truth::yes) begin(time_ns);
-  last_when_ = when;
+  if (conditions_[0].became_true()) begin(time_ns);
   if (then != Truth::yes) note_then_ended(time_ns);
   end_before(time_ns);  // the time of some may have ended in ticks that were skipped
   coverage_.check(table, time_ns, when != Truth::unknown && (then != Truth::unknown || first_ == end_));
@@ -182,7 +181,7 @@ void ReactionJudge::check(const signals::SignalTable& table, std::span<const Arr
 
 void ReactionJudge::skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
                          std::int64_t time_ns) noexcept {
-  last_when_ = conditions_[0].truth(table, time_ns);
+  conditions_[0].truth(table, time_ns);
   conditions_[1].truth(table, time_ns);
 }
 

@@ -74,7 +74,6 @@ class ReactionJudge final : public Judge {
   const std::int64_t hold_ns_;
   std::vector<Tracked> open_;  ///< a ring, the oldest first
   std::uint64_t first_ = 0, end_ = 0;
-  Truth last_when_ = Truth::no;
   std::uint64_t in_time_ = 0, late_ = 0, too_short_ = 0, not_judged_ = 0;
   std::int64_t slowest_ns_ = 0, slowest_begin_ns_ = 0;  ///< of those in time
   Tracked shortest_;                                    ///< of those that were too short

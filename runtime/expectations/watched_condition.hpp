@@ -31,15 +31,22 @@ class WatchedCondition {
 
   /// Once a tick.
   Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-    const double result = expression_->evaluate(table, time_ns);
-    return std::isnan(result) ? Truth::unknown : result != 0.0 ? Truth::yes : Truth::no;
+    const double result = expression_->evaluate(table, time_ns, signals::Unpublished::unknown);
+    became_true_ = result == 1.0 && last_known_ != Truth::yes;
+    if (std::isnan(result)) return Truth::unknown;
+    return last_known_ = result != 0.0 ? Truth::yes : Truth::no;
   }
+  /// Whether the condition became true in the latest call of truth(): it is true, and was last known to be
+  /// false, or was never known.
+  bool became_true() const noexcept { return became_true_; }
   const std::string& text() const noexcept { return text_; }
   const std::vector<signals::SignalId>& signals() const noexcept { return expression_->signals(); }
 
  private:
   std::string text_;
   std::optional<signals::SignalExpression> expression_;
+  Truth last_known_ = Truth::unknown;
+  bool became_true_ = false;
 };
 
 /// The signals of all conditions, each once.

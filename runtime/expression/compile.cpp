@@ -465,13 +465,16 @@ class Compiler {
     const Function* function = function_named(node.word.text);
     Program::Instruction call{.code = Code::call, .function = function};
     call.arguments = static_cast<std::uint32_t>(node.parts.size());
+    program_.arguments_.resize(std::max(program_.arguments_.size(), node.parts.size()));
     call.constants = {.period_s = period_s(), .seed = options_.seed + 0x9E3779B97F4A7C15u * (i + 1)};
     call.state_size = function->state_size;
     if (function->state_per_period)
       call.state_size += static_cast<std::uint32_t>(std::round(*types_[node.parts[1]].constant / period_s()));
     if (call.state_size > 0) {
-      call.first_state = static_cast<std::uint32_t>(program_.state_.size() + 1);
-      program_.state_.resize(program_.state_.size() + 1 + call.state_size);
+      call.first_state = static_cast<std::uint32_t>(program_.state_.size());
+      call.last_result = static_cast<std::uint32_t>(program_.last_results_.size());
+      program_.state_.resize(program_.state_.size() + call.state_size);
+      program_.last_results_.emplace_back();
     }
     add(call);
   }

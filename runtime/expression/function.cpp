@@ -22,11 +22,11 @@ bool is_true(double value) {
   return value == 1.0;
 }
 
-/// The first time in the run that a call has a state of its own; marks it.
-bool begins(double& mark) {
-  const bool is_first = mark == 0.0;
+/// Whether this step is the first one in which `x` is known; marks it. Until then the result is unknown.
+bool begins(double& mark, double x) {
+  if (mark != 0.0 || std::isnan(x)) return false;
   mark = 1.0;
-  return is_first;
+  return true;
 }
 
 // Without a state.
@@ -108,136 +108,213 @@ double is_known(const Call& c) noexcept {
   return truth(!std::isnan(c.arguments[0]));
 }
 
-// With a state. state[0] is not 0 once the call has begun.
+// With a state. It begins with the first known argument: state[0] is 1 from then on. While an argument is
+// unknown, so is the result; where the argument is known again, the function goes on from its last state.
 
+/// state[1]: the last known value.
 double previous(const Call& c) noexcept {
-  const double before = begins(c.state[0]) ? argument(c, 1, c.arguments[0]) : c.state[1];
-  c.state[1] = c.arguments[0];
-  return before;
-}
-
-/// A ring of the values of the last periods after state[0] and the place of the oldest.
-double delayed(const Call& c) noexcept {
-  const std::span<double> ring = c.state.subspan(2);
-  if (ring.empty()) return c.arguments[0];
-  if (begins(c.state[0])) std::ranges::fill(ring, argument(c, 2, c.arguments[0]));
-  const auto place = static_cast<std::size_t>(c.state[1]);
-  const double oldest = ring[place];
-  ring[place] = c.arguments[0];
-  c.state[1] = static_cast<double>((place + 1) % ring.size());
-  return oldest;
-}
-
-/// The exact answer of a first-order lag to an input that is constant in a period.
-double lagged(const Call& c) noexcept {
   const double x = c.arguments[0];
-  const double time_constant_s = c.arguments[1];
-  if (begins(c.state[0])) c.state[1] = argument(c, 2, x);
-  const double before = c.state[1];
-  const double share = time_constant_s > 0.0 ? -std::expm1(-c.constants.period_s / time_constant_s) : 1.0;
-  if (!std::isnan(x)) c.state[1] = std::isnan(before) ? x : before + share * (x - before);
+  if (std::isnan(x)) return unknown;
+  const double before = begins(c.state[0], x) ? argument(c, 1, x) : c.state[1];
+  c.state[1] = x;
   return before;
 }
 
+/// state[1]: the number of the last step, in periods. After it a ring of the values of the last periods, by
+/// number of the step. A step that the run skipped has the value before it, and a frame between two steps
+/// belongs to the later one.
+double delayed(const Call& c) noexcept {
+  const double x = c.arguments[0];
+  const std::span<double> ring = c.state.subspan(2);
+  if (ring.size() < 2) return x;
+  const auto place = [&](double number) {
+    return static_cast<std::size_t>(std::fmod(number, static_cast<double>(ring.size())));
+  };
+  // Times are whole nanoseconds, so a time that is a step is not above it by more than rounding.
+  const double now = std::ceil(c.time_s / c.constants.period_s - 1e-6);
+  if (begins(c.state[0], x)) {
+    std::ranges::fill(ring, argument(c, 2, x));
+    c.state[1] = now;
+  }
+  if (c.state[0] == 0.0) return unknown;
+  const double held = ring[place(c.state[1])];
+  const double oldest_needed = now - static_cast<double>(ring.size()) + 1.0;
+  for (double number = std::max(c.state[1] + 1.0, oldest_needed); number < now; number += 1.0)
+    ring[place(number)] = held;
+  ring[place(now)] = x;
+  c.state[1] = now;
+  return ring[place(now + 1.0)];
+}
+
+/// The exact answer of a first-order lag to an input that stays what it is until the next step. state[1]: the
+/// result; state[2]: the argument, unknown where it was.
+double lagged(const Call& c) noexcept {
+  const double x = c.arguments[0], time_constant_s = c.arguments[1];
+  if (begins(c.state[0], x)) {
+    c.state[1] = argument(c, 2, x);
+    c.state[2] = unknown;
+  }
+  if (c.state[0] == 0.0) return unknown;
+  const double share = time_constant_s > 0.0 ? -std::expm1(-c.elapsed_s / time_constant_s) : 1.0;
+  if (!std::isnan(c.state[2])) c.state[1] += share * (c.state[2] - c.state[1]);
+  c.state[2] = x;
+  return std::isnan(x) ? unknown : c.state[1];
+}
+
+/// state[1]: the result; state[2]: the argument, which a step that the run skipped has too.
 double rate_limited(const Call& c) noexcept {
   const double x = c.arguments[0];
-  const double up = c.arguments[1] * c.constants.period_s;
-  const double down = argument(c, 2, c.arguments[1]) * c.constants.period_s;
-  if (begins(c.state[0]) || std::isnan(c.state[1])) return c.state[1] = x;
-  if (std::isnan(x)) return unknown;
-  c.state[1] += std::clamp(x - c.state[1], -std::abs(down), std::abs(up));
+  const double up = std::abs(c.arguments[1]), down = std::abs(argument(c, 2, c.arguments[1]));
+  const auto move = [&](double target, double duration_s) {
+    c.state[1] += std::clamp(target - c.state[1], -down * duration_s, up * duration_s);
+  };
+  if (std::isnan(x) || std::isnan(up) || std::isnan(down)) {
+    c.state[2] = unknown;
+    return unknown;
+  }
+  if (begins(c.state[0], x)) {
+    c.state[1] = x;
+  } else {
+    const double skipped_s = c.elapsed_s - c.constants.period_s;
+    if (skipped_s > 0.0 && !std::isnan(c.state[2])) move(c.state[2], skipped_s);
+    move(x, std::min(c.elapsed_s, c.constants.period_s));
+  }
+  c.state[2] = x;
   return c.state[1];
 }
 
 double hysteresis(const Call& c) noexcept {
   const double x = c.arguments[0], low = c.arguments[1], high = c.arguments[2];
   if (std::isnan(x) || std::isnan(low) || std::isnan(high)) return unknown;
-  if (begins(c.state[0])) c.state[1] = truth(x >= high);
+  if (begins(c.state[0], x)) c.state[1] = truth(x >= high);
   if (x >= high) c.state[1] = 1.0;
   if (x <= low) c.state[1] = 0.0;
   return c.state[1];
 }
 
-/// state[1]: the value in the step before. A step without a known one is no edge.
+/// A condition becomes true where it is true, and was last known to be false or was never known. state[1]: its
+/// last known truth.
 double rises(const Call& c) noexcept {
   const double now = c.arguments[0];
-  if (begins(c.state[0])) c.state[1] = unknown;
-  const bool is_edge = c.state[1] == 0.0 && is_true(now);
-  if (!std::isnan(now)) c.state[1] = now;
-  return std::isnan(now) ? unknown : truth(is_edge);
+  if (std::isnan(now)) return unknown;
+  const bool is_first = begins(c.state[0], now);
+  const bool is_edge = is_true(now) && (is_first || c.state[1] == 0.0);
+  c.state[1] = now;
+  return truth(is_edge);
 }
 double falls(const Call& c) noexcept {
   const double now = c.arguments[0];
-  if (begins(c.state[0])) c.state[1] = unknown;
-  const bool is_edge = c.state[1] == 1.0 && now == 0.0;
-  if (!std::isnan(now)) c.state[1] = now;
-  return std::isnan(now) ? unknown : truth(is_edge);
+  if (std::isnan(now)) return unknown;
+  const bool is_edge = now == 0.0 && c.state[1] == 1.0;
+  c.state[1] = now;
+  return truth(is_edge);
 }
 double changes(const Call& c) noexcept {
   const double now = c.arguments[0];
-  if (begins(c.state[0])) c.state[1] = unknown;
-  const bool is_edge = !std::isnan(c.state[1]) && now != c.state[1];
-  if (!std::isnan(now)) c.state[1] = now;
-  return std::isnan(now) ? unknown : truth(is_edge);
+  if (std::isnan(now)) return unknown;
+  const bool is_edge = !begins(c.state[0], now) && now != c.state[1];
+  c.state[1] = now;
+  return truth(is_edge);
 }
 
-/// state[2]: the count.
+/// state[1]: the last known truth; state[2]: the count; state[3]: whether events may be missing in it.
 double counted(const Call& c) noexcept {
-  const double now = c.arguments[0];
-  if (begins(c.state[0])) c.state[1] = unknown;
-  if (c.state[1] == 0.0 && is_true(now)) c.state[2] += 1.0;
-  if (!std::isnan(now)) c.state[1] = now;
-  if (is_true(argument(c, 1, 0.0))) c.state[2] = 0.0;
+  const double reset = argument(c, 1, 0.0);
+  const double edge = rises(c);
+  if (c.state[0] == 0.0) return unknown;
+  if (is_true(edge)) c.state[2] += 1.0;
+  if (std::isnan(edge)) c.state[3] = 1.0;
+  if (std::isnan(reset)) {
+    c.state[2] = 0.0;
+    c.state[3] = 1.0;
+  }
+  if (is_true(reset)) c.state[2] = c.state[3] = 0.0;
+  if (std::isnan(edge) || std::isnan(reset)) return unknown;
+  c.is_lower_bound = c.state[3] != 0.0;
   return c.state[2];
 }
 
+/// state[1]: the result: `set`, or what it was, but not `reset`, in three-valued logic.
 double latched(const Call& c) noexcept {
-  if (is_true(c.arguments[0])) c.state[0] = 1.0;
-  if (is_true(c.arguments[1])) c.state[0] = 0.0;
-  return c.state[0];
+  const double set = c.arguments[0], reset = c.arguments[1];
+  if (begins(c.state[0], set)) c.state[1] = 0.0;
+  if (c.state[0] == 0.0) return unknown;
+  double& latch = c.state[1];
+  if (is_true(set) && !is_true(latch)) latch = 1.0;
+  if (std::isnan(set) && !is_true(latch)) latch = unknown;
+  if (is_true(reset)) latch = 0.0;
+  if (std::isnan(reset) && latch != 0.0) latch = unknown;
+  return latch;
 }
 
 double held(const Call& c) noexcept {
-  if (begins(c.state[0]) || is_true(c.arguments[1])) c.state[1] = c.arguments[0];
-  return c.state[1];
+  const double x = c.arguments[0], when = c.arguments[1];
+  if (begins(c.state[0], x) || (is_true(when) && !std::isnan(x))) c.state[1] = x;
+  const bool is_unknown = c.state[0] == 0.0 || std::isnan(when) || (is_true(when) && std::isnan(x));
+  return is_unknown ? unknown : c.state[1];
 }
 
+/// state[1]: whether it is true; state[2]: the run time at which it became true.
 double time_true(const Call& c) noexcept {
-  // state[0]: the run time at which it became true; state[1]: whether it is.
-  if (std::isnan(c.arguments[0])) return unknown;
-  if (!is_true(c.arguments[0])) {
+  const double now = c.arguments[0];
+  if (!is_true(now)) {
     c.state[1] = 0.0;
-    return 0.0;
+    return std::isnan(now) ? unknown : 0.0;
   }
-  if (c.state[1] == 0.0) c.state[0] = c.time_s;
+  if (c.state[1] == 0.0) c.state[2] = c.time_s;
   c.state[1] = 1.0;
-  return std::round((c.time_s - c.state[0]) * 1e9) / 1e9;  // times are whole nanoseconds
+  return std::round((c.time_s - c.state[2]) * 1e9) / 1e9;  // times are whole nanoseconds
 }
 
+/// state[1]: the sum; state[2]: the argument, which it keeps until the next step.
 double integral(const Call& c) noexcept {
-  if (is_true(argument(c, 1, 0.0))) c.state[0] = 0.0;
-  const double before = c.state[0];
-  if (!std::isnan(c.arguments[0])) c.state[0] += c.arguments[0] * c.constants.period_s;
-  return before;
+  const double x = c.arguments[0], reset = argument(c, 1, 0.0);
+  if (begins(c.state[0], x)) c.state[2] = 0.0;
+  if (c.state[0] == 0.0) return unknown;
+  c.state[1] += c.state[2] * c.elapsed_s;
+  if (std::isnan(reset)) c.state[1] = unknown;
+  if (is_true(reset)) c.state[1] = 0.0;
+  c.state[2] = x;
+  return std::isnan(x) ? unknown : c.state[1];
 }
 
+/// The change per second from one written value to the next. state[0] to state[3]: whether there was one, the
+/// newest value, the time at which it was written, and the latest slope.
+double slope(const Call& c, double x, std::span<double> state) noexcept {
+  if (std::isnan(x)) return unknown;
+  if (!c.written_s) {
+    const double change = begins(state[0], x) ? 0.0 : x - state[1];
+    state[1] = x;
+    return change / c.constants.period_s;
+  }
+  if (begins(state[0], x)) {
+    state[3] = unknown;
+  } else if (*c.written_s > state[2]) {
+    state[3] = (x - state[1]) / (*c.written_s - state[2]);
+  } else {
+    return state[3];
+  }
+  state[1] = x;
+  state[2] = *c.written_s;
+  return state[3];
+}
 double derivative(const Call& c) noexcept {
-  const double x = c.arguments[0];
-  const double change = begins(c.state[0]) ? 0.0 : x - c.state[1];
-  c.state[1] = x;
-  return change / c.constants.period_s;
+  return slope(c, c.arguments[0], c.state);
 }
 
-/// The integral stops where the output is at a limit and the error would take it further.
+/// The integral stops where the output is at a limit and the error would take it further. state[0]: the
+/// integral; state[1]: its growth per second until the next step; then the state of slope().
 double pid(const Call& c) noexcept {
   const double error = c.arguments[0], kp = c.arguments[1], ki = c.arguments[2], kd = c.arguments[3];
   const double low = c.arguments[4], high = c.arguments[5];
+  c.state[0] += c.state[1] * c.elapsed_s;
+  c.state[1] = 0.0;
   if (std::isnan(error) || std::isnan(low) || std::isnan(high) || low > high) return unknown;
-  const double slope = begins(c.state[0]) ? 0.0 : (error - c.state[1]) / c.constants.period_s;
-  c.state[1] = error;
-  const double output = kp * error + c.state[2] + kd * slope;
-  const double growth = ki * error * c.constants.period_s;
-  if ((output < high || growth < 0.0) && (output > low || growth > 0.0)) c.state[2] += growth;
+  const double error_slope = slope(c, error, c.state.subspan(2));
+  const double output = kp * error + c.state[0] + (kd == 0.0 ? 0.0 : kd * error_slope);
+  if (std::isnan(output)) return unknown;
+  const double growth = ki * error;
+  if ((output < high || growth < 0.0) && (output > low || growth > 0.0)) c.state[1] = growth;
   return std::clamp(output, low, high);
 }
 
@@ -344,23 +421,23 @@ constexpr Function table[] = {
      .state_size = 2,
      .value = previous,
      .arguments = "x, [initial]",
-     .about = "x of the step before; in the first step `initial`, or x."},
+     .about = "x of the step before; in its first step `initial`, or x."},
     {.name = "delay",
      .signature = "qS[q]:q",
-     .state_size = 2,
+     .state_size = 3,
      .state_per_period = true,
      .value = delayed,
      .arguments = "x, duration, [initial]",
      .about = "x of so long ago; before that `initial`, or its first value."},
     {.name = "lag",
      .signature = "qs[q]:q",
-     .state_size = 2,
+     .state_size = 3,
      .value = lagged,
      .arguments = "x, time_constant, [initial]",
      .about = "Follows x as a first-order lag, from `initial`, or from its first value."},
     {.name = "rate_limit",
      .signature = "qv[v]:q",
-     .state_size = 2,
+     .state_size = 3,
      .value = rate_limited,
      .arguments = "x, rate, [falling_rate]",
      .about = "Follows x at no more than the rate."},
@@ -390,13 +467,13 @@ constexpr Function table[] = {
      .about = "True in a step in which x is not what it was in the step before."},
     {.name = "count",
      .signature = "t[t]:1",
-     .state_size = 3,
+     .state_size = 4,
      .value = counted,
      .arguments = "condition, [reset]",
      .about = "How often the condition has become true since the reset."},
     {.name = "latch",
      .signature = "tt:t",
-     .state_size = 1,
+     .state_size = 2,
      .value = latched,
      .arguments = "set, reset",
      .about = "True from where set is true until reset is; reset wins."},
@@ -405,40 +482,43 @@ constexpr Function table[] = {
      .state_size = 2,
      .value = held,
      .arguments = "x, when",
-     .about = "x of the last step in which `when` was true, or of the first step."},
+     .about = "x of the last step in which `when` was true, or of its first step."},
     {.name = "duration",
      .signature = "t:s",
-     .state_size = 2,
+     .state_size = 3,
      .value = time_true,
      .arguments = "condition",
      .about = "How long the condition has been true; 0 while it is false."},
     {.name = "integral",
      .signature = "p[t]:P",
-     .state_size = 1,
+     .state_size = 3,
      .value = integral,
      .arguments = "x, [reset]",
      .about = "The sum of x over time since the reset."},
     {.name = "derivative",
      .signature = "q:v",
-     .state_size = 2,
+     .state_size = 4,
+     .follows_writes = true,
      .value = derivative,
      .arguments = "x",
-     .about = "The change of x since the step before, per second."},
+     .about = "The change of x from one value to the next, over the time between them."},
     {.name = "pid",
      .signature = "pid",
-     .state_size = 3,
+     .state_size = 6,
      .value = pid,
      .arguments = "error, kp, ki, kd, low, high",
      .about = "A controller's output between low and high, whose integral stops at them."},
     {.name = "uniform",
      .signature = "qq:q",
      .state_size = 1,
+     .per_tick = true,
      .value = uniform_noise,
      .arguments = "low, high",
      .about = "A new random value in [low, high) in each step, from the run's seed."},
     {.name = "noise",
      .signature = "q:q",
      .state_size = 1,
+     .per_tick = true,
      .value = normal_noise,
      .arguments = "deviation",
      .about = "A new normally distributed value around 0 in each step, from the run's seed."},

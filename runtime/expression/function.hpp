@@ -4,6 +4,7 @@
 // Threads: constant data and pure functions, but for the state that they are given.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -21,6 +22,11 @@ struct Call {
   std::span<double> state;
   FunctionConstants constants;
   double time_s = 0.0;
+  double elapsed_s = 0.0;  ///< since the step before; 0 in the first step
+  /// Run time at which the value of the first argument was written; empty: in each step.
+  std::optional<double> written_s{};
+  /// Gets whether the result is only a lower bound, since a part of the past is unknown.
+  bool& is_lower_bound;
 };
 
 /// How a function is called, as text: the kinds of its arguments and of its result, "qqq:q".
@@ -39,6 +45,8 @@ struct Function {
   std::string_view signature;
   std::uint32_t state_size = 0;   ///< of a call
   bool state_per_period = false;  ///< and a value for each period of the constant duration
+  bool per_tick = false;          ///< keeps its result at frames between two ticks
+  bool follows_writes = false;    ///< has a new result only where an argument has a new value
   double (*value)(const Call& call) noexcept = nullptr;
   std::string_view arguments;  ///< for documentation: "x, low, [high]"
   std::string_view about;

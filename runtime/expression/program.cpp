@@ -26,26 +26,47 @@ double compared(double a, double b, Comparison comparison) {
 
 }  // namespace
 
-double Program::evaluate(std::span<const double> values, double time_s) noexcept {
-  return run(values, time_s, true);
+double Program::evaluate(std::span<const double> values, const Step& step) noexcept {
+  return run(values, step, step.is_tick ? Advance::all_functions : Advance::all_but_per_tick);
 }
 
 double Program::evaluate_between_steps(std::span<const double> values, double time_s) noexcept {
-  return run(values, time_s, false);
+  return run(values, Step{.time_s = time_s}, Advance::none);
 }
 
 void Program::reset() noexcept {
   std::ranges::fill(state_, 0.0);
+  std::ranges::fill(last_results_, Operand{});
+  last_time_s_.reset();
 }
 
-double* Program::operate(config::Expression::Operation operation, double* top) noexcept {
+double Program::exact(const Operand& operand) noexcept {
+  return operand.is_lower_bound ? unknown_value : operand.value;
+}
+
+Program::Operand* Program::operate(config::Expression::Operation operation, Operand* top) noexcept {
   using Operation = config::Expression::Operation;
   const auto binary = [&](auto function) {
     --top;
-    top[-1] = function(top[-1], top[0]);
+    top[-1].value = function(exact(top[-1]), exact(top[0]));
+    top[-1].written_s = std::max(top[-1].written_s, top[0].written_s);
+    top[-1].is_lower_bound = false;
   };
-  const auto compare = [&](auto comparison) {
-    binary([&](double a, double b) { return compared(a, b, comparison); });
+  // A lower bound decides a comparison that has one result for all values from the bound on.
+  const auto compare = [&](auto comparison, bool is_equality = false) {
+    const Operand& a = top[-2];
+    const Operand& b = top[-1];
+    double result = compared(a.value, b.value, comparison);
+    if (a.is_lower_bound || b.is_lower_bound) {
+      const auto largest = [](const Operand& operand) {
+        return operand.is_lower_bound ? std::numeric_limits<double>::infinity() : operand.value;
+      };
+      const bool reaches = is_equality && (a.is_lower_bound ? a.value <= b.value : b.value <= a.value);
+      const bool is_decided = a.is_lower_bound != b.is_lower_bound && !reaches &&
+                              compared(largest(a), largest(b), comparison) == result;
+      if (!is_decided) result = unknown_value;
+    }
+    binary([&](double, double) { return result; });
   };
   switch (operation) {
     case Operation::any_of:
@@ -55,13 +76,13 @@ double* Program::operate(config::Expression::Operation operation, double* top) n
       binary([](double a, double b) { return joined(a, b, 0.0); });
       break;
     case Operation::negation:
-      top[-1] = 1.0 - top[-1];
+      top[-1].value = 1.0 - top[-1].value;
       break;
     case Operation::equal:
-      compare(std::equal_to<>());
+      compare(std::equal_to<>(), true);
       break;
     case Operation::not_equal:
-      compare(std::not_equal_to<>());
+      compare(std::not_equal_to<>(), true);
       break;
     case Operation::less:
       compare(std::less<>());
@@ -75,9 +96,13 @@ double* Program::operate(config::Expression::Operation operation, double* top) n
     case Operation::greater_or_equal:
       compare(std::greater_equal<>());
       break;
-    case Operation::add:
-      binary(std::plus<>());
+    case Operation::add: {
+      const double sum = top[-2].value + top[-1].value;
+      const bool is_lower_bound = top[-2].is_lower_bound || top[-1].is_lower_bound;
+      binary([&](double, double) { return sum; });
+      top[-1].is_lower_bound = is_lower_bound;
       break;
+    }
     case Operation::subtract:
       binary(std::minus<>());
       break;
@@ -88,15 +113,21 @@ double* Program::operate(config::Expression::Operation operation, double* top) n
       binary([](double a, double b) { return b == 0.0 ? unknown_value : a / b; });
       break;
     case Operation::minus:
-      top[-1] = -top[-1];
+      top[-1] = {.value = -exact(top[-1]), .written_s = top[-1].written_s};
       break;
     case Operation::power:
       binary([](double a, double b) { return std::pow(a, b); });
       break;
-    case Operation::conditional:
+    case Operation::conditional: {
       top -= 2;
-      top[-1] = std::isnan(top[-1]) ? unknown_value : top[-1] != 0.0 ? top[0] : top[1];
+      const Operand condition = top[-1];
+      const double written_s = std::max({condition.written_s, top[0].written_s, top[1].written_s});
+      top[-1] = std::isnan(condition.value) ? Operand{.value = unknown_value}
+                : condition.value != 0.0    ? top[0]
+                                            : top[1];
+      top[-1].written_s = written_s;
       break;
+    }
     case Operation::number:
     case Operation::truth:
     case Operation::name:
@@ -108,57 +139,90 @@ double* Program::operate(config::Expression::Operation operation, double* top) n
   return top;
 }
 
-double Program::run(std::span<const double> values, double time_s, bool is_step) noexcept {
+Program::Operand Program::call(const Instruction& instruction, std::span<const Operand> arguments,
+                               const Step& step, double elapsed_s, Advance advance) noexcept {
+  const Function& function = *instruction.function;
+  const bool has_state = instruction.state_size > 0;
+  if (has_state && (advance == Advance::none || (advance == Advance::all_but_per_tick && function.per_tick)))
+    return last_results_[instruction.last_result];
+  Operand result{.written_s = std::numeric_limits<double>::lowest()};
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    arguments_[i] = exact(arguments[i]);
+    result.written_s = std::max(result.written_s, arguments[i].written_s);
+  }
+  Call call{.arguments = std::span(arguments_).first(arguments.size()),
+            .state = std::span(state_).subspan(instruction.first_state, instruction.state_size),
+            .constants = instruction.constants,
+            .time_s = step.time_s,
+            .elapsed_s = elapsed_s,
+            .is_lower_bound = result.is_lower_bound};
+  if (step.written_s) call.written_s = arguments[0].written_s;
+  result.value = function.value(call);
+  if (has_state) {
+    if (!function.follows_writes) result.written_s = step.time_s;
+    last_results_[instruction.last_result] = result;
+  }
+  return result;
+}
+
+double Program::run(std::span<const double> values, const Step& step, Advance advance) noexcept {
   config::require(!instructions_.empty(), "a program made by Program::compile");
   config::require(values.size() >= min_values_, "a value for each variable of the expression");
-  double* top = stack_.data();  // behind the last operand
+  constexpr double never_s = std::numeric_limits<double>::lowest();
+  double elapsed_s = 0.0;
+  if (advance != Advance::none) {
+    // Times are whole nanoseconds.
+    if (last_time_s_) elapsed_s = std::round((step.time_s - *last_time_s_) * 1e9) / 1e9;
+    last_time_s_ = step.time_s;
+  }
+  Operand* top = stack_.data();  // behind the last operand
   for (const Instruction& instruction : instructions_) {
     switch (instruction.code) {
       case Code::number:
-        *top++ = instruction.number;
+        *top++ = {.value = instruction.number, .written_s = never_s};
         break;
       case Code::variable:
-        *top++ = instruction.conversion.of(values[instruction.index]);
+        *top++ = {.value = instruction.conversion.of(values[instruction.index]),
+                  .written_s = step.written_s ? (*step.written_s)[instruction.index] : step.time_s};
         break;
       case Code::time:
-        *top++ = time_s;
+        *top++ = {.value = step.time_s, .written_s = step.time_s};
         break;
       case Code::operation:
         top = operate(instruction.operation, top);
         break;
-      case Code::truth_of_number:
-        top[-1] = std::isnan(top[-1]) ? unknown_value : top[-1] != 0.0 ? 1.0 : 0.0;
+      case Code::truth_of_number: {
+        const bool is_unknown = std::isnan(top[-1].value) || (top[-1].is_lower_bound && top[-1].value <= 0.0);
+        top[-1] = {.value = is_unknown             ? unknown_value
+                            : top[-1].value != 0.0 ? 1.0
+                                                   : 0.0,
+                   .written_s = top[-1].written_s};
         break;
+      }
       case Code::convert:
-        top[-1] = instruction.conversion.of(top[-1]);
+        top[-1].value = instruction.conversion.of(top[-1].value);
         break;
       case Code::call: {
         top -= instruction.arguments;
-        const std::span<const double> arguments(top, instruction.arguments);
-        const bool has_state = instruction.state_size > 0;
-        double* const last = has_state ? &state_[instruction.first_state - 1] : nullptr;
-        const double result = has_state && !is_step
-                                  ? *last
-                                  : instruction.function->value(
-                                        {.arguments = arguments,
-                                         .state = std::span(state_).subspan(
-                                             has_state ? instruction.first_state : 0, instruction.state_size),
-                                         .constants = instruction.constants,
-                                         .time_s = time_s});
-        if (has_state) *last = result;
-        *top++ = result;
-        break;
-      }
-      case Code::table:
-        top -= instruction.arguments;
-        *top = instruction.arguments == 1 ? instruction.table->at(top[0])
-                                          : instruction.table->at(top[0], top[1]);
+        *top =
+            call(instruction, std::span<const Operand>(top, instruction.arguments), step, elapsed_s, advance);
         ++top;
         break;
+      }
+      case Code::table: {
+        top -= instruction.arguments;
+        const bool is_curve = instruction.arguments == 1;
+        *top = {.value = is_curve ? instruction.table->at(exact(top[0]))
+                                  : instruction.table->at(exact(top[0]), exact(top[1])),
+                .written_s = is_curve ? top[0].written_s : std::max(top[0].written_s, top[1].written_s)};
+        ++top;
+        break;
+      }
     }
   }
-  const double result = top[-1];
-  return std::isfinite(result) ? to_wanted_.of(result) : unknown_value;
+  const Operand& result = top[-1];
+  if (result.is_lower_bound || !std::isfinite(result.value)) return unknown_value;
+  return to_wanted_.of(result.value);
 }
 
 }  // namespace hil::expression

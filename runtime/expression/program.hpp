@@ -14,10 +14,12 @@
 //
 // Unknown. NaN is a value that is not known: of a signal that is not fresh, or of an operation without a
 // result (0 / 0). Numbers that depend on it are unknown. So are comparisons; and, or and not follow Kleene's
-// three-valued logic: false and unknown is false.
+// three-valued logic: false and unknown is false. A count of which a part of the past is unknown is a lower
+// bound: a comparison that it decides is known, and everything else that is computed from it is unknown.
 //
 // Functions: function.cpp lists them. Some have a state, which each step advances: a program belongs to one
-// place that evaluates it once a step.
+// place that evaluates it in each step. They go by run time: a step that was left out has the values of the
+// step before it.
 //
 // Threads: compile on any; a program on one at a time. evaluate neither allocates nor blocks.
 
@@ -78,6 +80,14 @@ struct CompileOptions {
   std::uint64_t seed = 0;      ///< of noise: different for each expression of a run
 };
 
+/// When a program is evaluated, and the run times at which the values of its variables were written.
+struct Step {
+  double time_s = 0.0;
+  /// By Variable::index; empty: each step writes all of them.
+  std::optional<std::span<const double>> written_s{};
+  bool is_tick = true;  ///< false: a frame between two ticks
+};
+
 class Program {
  public:
   /// Empty with mistakes, all of them, at their places.
@@ -87,11 +97,16 @@ class Program {
 
   /// The value in the wanted unit; of a truth 1, 0, or NaN if it is unknown. `values`: by Variable::index, in
   /// the units of the variables. Misuse (asserts): fewer values than the variables need.
-  double evaluate(std::span<const double> values, double time_s) noexcept;
+  double evaluate(std::span<const double> values, const Step& step) noexcept;
+  double evaluate(std::span<const double> values, double time_s) noexcept {
+    return evaluate(values, Step{.time_s = time_s});
+  }
   /// The same, but functions with a state keep it and return what they returned in the step.
   double evaluate_between_steps(std::span<const double> values, double time_s) noexcept;
   /// As before the first step.
   void reset() noexcept;
+  /// Run time of the newest written value on which the result of the last step depends.
+  double written_s() const noexcept { return stack_.front().written_s; }
 
   /// Of the values of evaluate; "" of plain numbers and truths.
   const std::string& unit() const noexcept { return unit_; }
@@ -121,17 +136,32 @@ class Program {
     const Function* function = nullptr;         ///< call
     const Table* table = nullptr;               ///< table
     std::uint32_t arguments = 0;                ///< call, table
-    std::uint32_t first_state = 0;  ///< call: of a function with a state; its last result is before it
+    std::uint32_t first_state = 0;              ///< call: of a function with a state
     std::uint32_t state_size = 0;
+    std::uint32_t last_result = 0;  ///< call: of a function with a state, its place in last_results_
     FunctionConstants constants{};  ///< call
   };
+  struct Operand {
+    double value = 0.0;
+    double written_s = 0.0;       ///< run time at which the newest value that it depends on was written
+    bool is_lower_bound = false;  ///< the value is at least this
+  };
+  enum class Advance : std::uint8_t { all_functions, all_but_per_tick, none };
 
+  /// The value; NaN of a lower bound.
+  static double exact(const Operand& operand) noexcept;
   /// Replaces the operands before `top` by the result, and returns the new top.
-  static double* operate(config::Expression::Operation operation, double* top) noexcept;
-  double run(std::span<const double> values, double time_s, bool is_step) noexcept;
+  static Operand* operate(config::Expression::Operation operation, Operand* top) noexcept;
+  Operand call(const Instruction& instruction, std::span<const Operand> arguments, const Step& step,
+               double elapsed_s, Advance advance) noexcept;
+  double run(std::span<const double> values, const Step& step, Advance advance) noexcept;
 
   std::vector<Instruction> instructions_;
-  std::vector<double> stack_, state_;
+  std::vector<Operand> stack_;
+  std::vector<Operand> last_results_;  ///< of the functions with a state
+  std::vector<double> state_;
+  std::vector<double> arguments_;  ///< of a call
+  std::optional<double> last_time_s_;
   std::vector<std::uint32_t> variables_;
   units::Conversion to_wanted_{};
   std::string unit_;

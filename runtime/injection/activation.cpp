@@ -1,5 +1,7 @@
 #include "runtime/injection/activation.hpp"
 
+#include <cmath>
+
 #include "runtime/config/numbers.hpp"
 #include "runtime/modules/splitmix64.hpp"
 
@@ -62,10 +64,10 @@ bool Activation::is_due(double condition, std::int64_t time_ns) noexcept {
 }
 
 Activation::Change Activation::update(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  const double until = until_ ? until_->evaluate(table, time_ns) : 0.0;
+  const double until = until_ ? until_->evaluate(table, time_ns, signals::Unpublished::initial_value) : 0.0;
   double condition = 0.0;
-  if (when_) condition = when_->evaluate(table, time_ns);
-  if (while_) condition = while_->evaluate(table, time_ns);
+  if (when_) condition = when_->evaluate(table, time_ns, signals::Unpublished::initial_value);
+  if (while_) condition = while_->evaluate(table, time_ns, signals::Unpublished::initial_value);
   Change change = Change::none;
   if (is_active_) {
     if (has_ended(until, condition, time_ns)) {
@@ -83,7 +85,8 @@ Activation::Change Activation::update(const signals::SignalTable& table, std::in
     if (spans_.size() < max_spans) spans_.push_back({.begin_ns = time_ns});
     change = Change::begins;
   }
-  was_true_ = condition == 1.0;
+  // A gap between two trues does not begin it again, but it ends and begins what is active while it is true.
+  if (!std::isnan(condition) || while_) was_true_ = condition == 1.0;
   return change;
 }
 

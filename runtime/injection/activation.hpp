@@ -61,7 +61,7 @@ class Activation {
   std::optional<signals::SignalExpression> when_, while_, until_;
   RandomNumbers random_;
   std::int64_t next_begin_ns_ = 0;
-  bool was_true_ = false;  ///< the condition, in the last tick
+  bool was_true_ = false;  ///< the condition, where it was last known
   bool is_active_ = false;
   std::int64_t began_ns_ = 0;
   std::uint64_t begins_ = 0, draws_ = 0;

@@ -32,7 +32,7 @@ SignalEffect::SignalEffect(const config::FaultSection& section, std::int64_t bas
 }
 
 void SignalEffect::begin_tick(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  if (value_) number_ = value_->evaluate(table, time_ns) * value_factor_;
+  if (value_) number_ = value_->evaluate(table, time_ns, signals::Unpublished::initial_value) * value_factor_;
   // Drawn in each tick, so that one fault's numbers do not depend on when it is active.
   if (section_.kind == FaultKind::noise) number_ *= random_.normal();
   if (section_.kind == FaultKind::dropout) is_dropped_ = random_.uniform() < section_.share;

@@ -81,10 +81,11 @@ void Segments::enter(std::size_t index, double value, std::int64_t time_ns,
   first_ = value;
   begin_ns_ = time_ns;
   Segment& segment = segments_[index];
-  a_ = segment.expressions[0].evaluate(table, time_ns);
+  a_ = segment.expressions[0].evaluate(table, time_ns, signals::Unpublished::initial_value);
   b_ = segment.expressions.size() < 2
            ? 0.0
-           : segment.expressions[1].evaluate(table, time_ns) * segment.second_factor;
+           : segment.expressions[1].evaluate(table, time_ns, signals::Unpublished::initial_value) *
+                 segment.second_factor;
 }
 
 /// Of the part that has begun.
@@ -95,7 +96,9 @@ double Segments::shape(const signals::SignalTable& table, std::int64_t time_ns) 
     case SegmentKind::hold:
       return a_;
     case SegmentKind::value:
-      return passed_ns == 0 ? a_ : segment.expressions[0].evaluate(table, time_ns);
+      return passed_ns == 0
+                 ? a_
+                 : segment.expressions[0].evaluate(table, time_ns, signals::Unpublished::initial_value);
     case SegmentKind::ramp:
       return first_ + (a_ - first_) * static_cast<double>(passed_ns) / static_cast<double>(segment.for_ns);
     case SegmentKind::sine:

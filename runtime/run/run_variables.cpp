@@ -1,5 +1,6 @@
 #include "runtime/run/run_variables.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "runtime/expression/definition_order.hpp"
@@ -55,11 +56,11 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
       continue;
     }
     signals::SignalExpression before_the_run = *compiled;
-    const signals::SignalId signal =
-        known.table().add({.name = variable.name.text,
-                           .unit = compiled->unit(),
-                           .writer = "variables",
-                           .initial = before_the_run.evaluate(known.table(), 0)});
+    const signals::SignalId signal = known.table().add(
+        {.name = variable.name.text,
+         .unit = compiled->unit(),
+         .writer = "variables",
+         .initial = before_the_run.evaluate(known.table(), 0, signals::Unpublished::initial_value)});
     // What reads the variable reads what it is computed from.
     for (signals::ReadObserver* const observer : known.table().read_observers(compiled->signals()))
       known.table().add_read_observer(signal, *observer);
@@ -68,8 +69,11 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
 }
 
 void RunVariables::update(signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  for (Variable& variable : variables_)
-    table.write(variable.signal, variable.expression.evaluate(table, time_ns), time_ns);
+  for (Variable& variable : variables_) {
+    const double value = variable.expression.evaluate(table, time_ns, signals::Unpublished::unknown);
+    table.write(variable.signal, value,
+                std::clamp(variable.expression.written_ns(), std::int64_t{0}, time_ns));
+  }
 }
 
 }  // namespace hil::run

@@ -27,7 +27,7 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
   auto compiled =
       compile(expression, SignalScope(expression, known.table(), &known), wanted, options, diagnostics);
   if (!compiled || !compiled->is_constant(expression)) return compiled;
-  compiled->constant_ = compiled->evaluate(known.table(), 0);
+  compiled->constant_ = compiled->evaluate(known.table(), 0, Unpublished::initial_value);
   if (std::isfinite(*compiled->constant_)) return compiled;
   diagnostics.add(expression.place(),
                   wanted.what + ": " + config::in_quotes(expression.text()) + " has no value");
@@ -49,9 +49,16 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
   return compile(expression, SignalScope(expression, table), wanted, options, diagnostics);
 }
 
-double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns) noexcept {
-  sample(table, signals_, values_);
-  return program_.evaluate(values_, static_cast<double>(time_ns) / 1e9);
+double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns,
+                                  Unpublished unpublished) noexcept {
+  const double time_s = static_cast<double>(time_ns) / 1e9;
+  sample(table, signals_, unpublished, time_s, values_, written_s_);
+  return program_.evaluate(values_, expression::Step{.time_s = time_s, .written_s = written_s_});
+}
+
+std::int64_t SignalExpression::written_ns() const noexcept {
+  constexpr double longest_s = 9e9;  // the least and the largest time have more, in nanoseconds
+  return std::llround(std::clamp(program_.written_s(), -longest_s, longest_s) * 1e9);
 }
 
 std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table) {

@@ -34,7 +34,9 @@ class SignalExpression {
                                                  config::Diagnostics& diagnostics);
 
   /// NaN: unknown. Advances functions with a memory.
-  double evaluate(const SignalTable& table, std::int64_t time_ns) noexcept;
+  double evaluate(const SignalTable& table, std::int64_t time_ns, Unpublished unpublished) noexcept;
+  /// Run time of the newest written value on which the latest result depends.
+  std::int64_t written_ns() const noexcept;
 
   /// Compiled with known signals: its value where that is the same in each step.
   std::optional<double> constant() const noexcept { return constant_; }
@@ -50,11 +52,14 @@ class SignalExpression {
   /// Whether its value is the same in each step.
   bool is_constant(const config::Expression& expression) const;
   SignalExpression(expression::Program program, std::vector<SignalId> signals)
-      : program_(std::move(program)), signals_(std::move(signals)), values_(signals_.size()) {}
+      : program_(std::move(program)),
+        signals_(std::move(signals)),
+        values_(signals_.size()),
+        written_s_(signals_.size()) {}
 
   expression::Program program_;
   std::vector<SignalId> signals_;
-  std::vector<double> values_;
+  std::vector<double> values_, written_s_;
   std::optional<double> constant_;
 };
 

@@ -1,6 +1,7 @@
 #include "runtime/signals/signal_scope.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "runtime/expression/relation.hpp"
@@ -30,10 +31,15 @@ bool SignalScope::is_broken(std::string_view name) const {
   return known_ != nullptr && known_->is_undeclared(name);
 }
 
-void sample(const SignalTable& table, std::span<const SignalId> signals, std::span<double> values) noexcept {
-  for (std::size_t i = 0; i < signals.size(); ++i)
-    values[i] =
-        table.is_known(signals[i]) ? table.value(signals[i]) : std::numeric_limits<double>::quiet_NaN();
+void sample(const SignalTable& table, std::span<const SignalId> signals, Unpublished unpublished,
+            double time_s, std::span<double> values, std::span<double> written_s) noexcept {
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    const bool is_known =
+        unpublished == Unpublished::unknown ? table.is_published(signals[i]) : table.is_known(signals[i]);
+    const SignalValue& signal = table.read(signals[i]);
+    values[i] = is_known ? signal.value : std::numeric_limits<double>::quiet_NaN();
+    written_s[i] = std::isnan(values[i]) ? time_s : static_cast<double>(signal.time_ns) / 1e9;
+  }
 }
 
 }  // namespace hil::signals

@@ -4,6 +4,7 @@
 //
 // Threads: as the table's; sample() neither allocates nor blocks.
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -36,8 +37,12 @@ class SignalScope final : public expression::Scope {
   std::vector<SignalId> signals_;
 };
 
-/// Writes the values of the signals; NaN of a signal that is not known. As many `values` as
-/// signals.
-void sample(const SignalTable& table, std::span<const SignalId> signals, std::span<double> values) noexcept;
+/// Whether an output has its initial value until its task has published it, or is unknown.
+enum class Unpublished : std::uint8_t { initial_value, unknown };
+
+/// Writes the values of the signals, and the run times at which they were written, in seconds. A signal that
+/// is not known has the value NaN, written at `time_s`. All spans have one size.
+void sample(const SignalTable& table, std::span<const SignalId> signals, Unpublished unpublished,
+            double time_s, std::span<double> values, std::span<double> written_s) noexcept;
 
 }  // namespace hil::signals

@@ -91,8 +91,11 @@ class SignalTable {
   const SignalInfo& info(SignalId id) const noexcept { return infos_[id.index]; }
 
   const SignalValue& read(SignalId id) const noexcept { return values_[id.index]; }
-  /// False for a signal of a device that is not fresh.
+  /// For modules, stimuli and faults: an output has its initial value until its task has published it. False
+  /// for a signal of a device that is not fresh.
   bool is_known(SignalId id) const noexcept { return !infos_[id.index].arrives || values_[id.index].fresh; }
+  /// For what judges or shows a run: false also for an output that its task has not published yet.
+  bool is_published(SignalId id) const noexcept { return values_[id.index].fresh; }
   double value(SignalId id) const noexcept { return values_[id.index].value; }
   void write(SignalId id, double value, std::int64_t time_ns) noexcept {
     write(id, SignalValue{value, time_ns, true});

@@ -102,6 +102,7 @@ TEST_F(Expectations, EventuallyThatIsNeverTrueHasTheMarginAtWhichItCameNearest) 
 
 TEST_F(Expectations, ConditionReadsTheValuesOfItsSignals) {
   const auto never = judge(Never{condition("ego.speed > 14 and bus.Header.Counter == 2")});
+  table_.write(request_, 1.0, 0);
   table_.write(reply_, 2.0, 0);
   set_speed(*never, 20.0, 0);
   expect(*never, until(ms), Result::held);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <utility>
 
 #include "compiled.hpp"
 #include "tests/paths.h"
@@ -77,14 +78,188 @@ TEST(Functions, ThatFollow) {
 
 TEST(Functions, OfConditions) {
   expect_near(steps("hysteresis(a, 1, 3)", {2, 3, 2, 1, 2}), {0, 1, 1, 0, 0});
-  expect_near(steps("rise(a > 1)", {2, 0, 2, 2, 0}), {0, 0, 1, 0, 0});
-  expect_near(steps("fall(a > 1)", {2, 0, 2, 2, 0}), {0, 1, 0, 0, 1});
+  expect_near(steps("rise(a > 1)", {2, 0, 2, 2, 0}), {1, 0, 1, 0, 0});
+  expect_near(steps("fall(a > 1)", {0, 2, 0, 0, 2}), {0, 0, 1, 0, 0});
   expect_near(steps("changed(a)", {2, 2, 3, 3}), {0, 0, 1, 0});
-  expect_near(steps("rise(a > 1)", {0, unknown, 2, 0}), {0, unknown, 1, 0});
-  expect_near(steps("count(a > 1)", {2, 0, 2, 0, 2}), {0, 0, 1, 1, 2});
+  expect_near(steps("count(a > 1)", {2, 0, 2, 0, 2}), {1, 1, 2, 2, 3});
   expect_near(steps("count(a > 1, a < 0)", {0, 2, -1, 2}), {0, 1, 0, 1});
   expect_near(steps("latch(a > 1, a < 0)", {0, 2, 0, -1, 0}), {0, 1, 1, 0, 0});
   expect_near(steps("duration(a > 1)", {2, 2, 2, 0, 2}, "s"), {0, 0.1, 0.2, 0, 0});
+}
+
+constexpr double u = unknown;
+
+TEST(UnknownArguments, MemoryBeginsWithTheFirstKnownOne) {
+  for (const std::string function : {"previous(a)",
+                                     "previous(a, 7)",
+                                     "delay(a, 0.2 s)",
+                                     "delay(a, 0.2 s, 7)",
+                                     "lag(a, dt)",
+                                     "lag(a, dt, 7)",
+                                     "rate_limit(a, 20 / 1 s)",
+                                     "hysteresis(a, 1, 3)",
+                                     "rise(a > 1)",
+                                     "fall(a > 1)",
+                                     "changed(a)",
+                                     "count(a > 1)",
+                                     "count(a > 1, false)",
+                                     "latch(a > 1, false)",
+                                     "latch(a > 1, true)",
+                                     "hold(a, true)",
+                                     "hold(a, false)",
+                                     "duration(a > 1) / 1 s",
+                                     "integral(a) / 1 s",
+                                     "integral(a, true) / 1 s",
+                                     "derivative(a) * 1 s",
+                                     "pid(a, 2, 0, 0, -5, 5)",
+                                     "uniform(a, a)",
+                                     "noise(a)"}) {
+    for (const double result : steps(function, {u, u, u}))
+      EXPECT_TRUE(std::isnan(result)) << function << " of what was never known";
+    const std::vector<double> late = steps(function, {u, u, 2, 0, 4, 4}),
+                              at_once = steps(function, {2, 0, 4, 4});
+    if (function.starts_with("uniform") || function.starts_with("noise")) continue;
+    expect_near({late.begin() + 2, late.end()}, at_once);
+  }
+}
+
+TEST(UnknownArguments, EndInUnknownResults) {
+  expect_near(steps("previous(a)", {1, u, 3, 4}), {1, u, 1, 3});
+  expect_near(steps("delay(a, 0.2 s)", {1, 2, u, 4, 5}), {1, 1, 1, 2, u});
+  expect_near(steps("rate_limit(a, 20 / 1 s)", {0, u, u, 5}), {0, u, u, 2});
+  expect_near(steps("hysteresis(a, 1, 3)", {4, u, 2, 0, u, 2}), {1, u, 1, 0, u, 0});
+  expect_near(steps("hold(a, a < 5)", {1, 7, u, 7, 2}), {1, 1, u, 1, 2});
+  expect_near(steps("duration(a > 1)", {2, 2, u, 2, 2}, "s"), {0, 0.1, u, 0, 0.1});
+  const double share = 1.0 - std::exp(-0.1 / 0.5);
+  expect_near(steps("lag(a, dt, 0)", {1, 1, u, u, 1, 1}),
+              {0, share, u, u, share + share * (1.0 - share), 1.0 - std::pow(1.0 - share, 3.0)});
+  expect_near(steps("pid(a, 0, 10, 0, -5, 5)", {1, 1, u, u, 1}), {0, 1, u, u, 2});
+}
+
+TEST(UnknownArguments, DoNotBecomeTrueBetweenTwoTrues) {
+  expect_near(steps("rise(a > 1)", {u, 2, u, 2, 0, u, 2}), {u, 1, u, 0, 0, u, 1});
+  expect_near(steps("fall(a > 1)", {u, 0, u, 0, 2, u, 0}), {u, 0, u, 0, 0, u, 1});
+  expect_near(steps("changed(a)", {u, 2, u, 2, u, 3}), {u, 0, u, 0, u, 1});
+}
+
+TEST(UnknownArguments, MakeACountALowerBound) {
+  const std::vector<double> values{2, 0, 2, u, 2, 0, 2, -1, 2};
+  // Two were seen before the gap, one after it, then a reset makes the count exact.
+  const std::string count = "count(a > 1, time > 0.65 s and time < 0.75 s)";
+  expect_near(steps(count, values), {1, 1, 2, u, u, u, u, 0, 1});
+  expect_near(steps(count + " > 2", values), {0, 0, 0, u, u, u, 1, 0, 0});
+  expect_near(steps("2 < " + count, values), {0, 0, 0, u, u, u, 1, 0, 0});
+  expect_near(steps(count + " >= 2", values), {0, 0, 1, u, 1, 1, 1, 0, 0});
+  expect_near(steps(count + " <= 2", values), {1, 1, 1, u, u, u, 0, 1, 1});
+  expect_near(steps("2 > " + count, values), {1, 1, 0, u, 0, 0, 0, 1, 1});
+  expect_near(steps(count + " == 2", values), {0, 0, 1, u, u, u, 0, 0, 0});
+  expect_near(steps(count + " == 5", values), {0, 0, 0, u, u, u, u, 0, 0});
+  expect_near(steps(count + " != 2", values), {1, 1, 0, u, u, u, 1, 1, 1});
+  expect_near(steps(count + " + 1 > 3", values), {0, 0, 0, u, u, u, 1, 0, 0});
+  expect_near(steps("3 - " + count + " > 2", values), {0, 0, 0, u, u, u, u, 1, 0});
+  expect_near(steps(count + " > " + count, values), {0, 0, 0, u, u, u, u, 0, 0});
+  expect_near(steps("not " + count, values), {0, 0, 0, u, 0, 0, 0, 1, 0});
+  expect_near(steps("if a > 1 then " + count + " > 1 else false", values), {0, 0, 1, u, 1, 0, 1, 0, 0});
+  EXPECT_EQ(compile(count, {.truth = true})->evaluate(test::Names().values(), 0.0), 0.0);
+}
+
+TEST(UnknownArguments, OfAResetEndWhatItResets) {
+  // b is 2, so `lost` alone is unknown; a selects the reset.
+  const std::string reset = "(if a == 7 then lost == 1 else a < 0)";
+  const std::vector<double> values{2, 0, 7, 2, -1, 2};
+  expect_near(steps("count(a > 1, " + reset + ")", values), {1, 1, u, u, 0, 1});
+  expect_near(steps("count(a > 1, " + reset + ") > 0", values), {1, 1, u, u, 0, 1});
+  expect_near(steps("integral(a, " + reset + ")", values, "s"), {0, 0.2, u, u, 0, -0.1});
+  expect_near(steps("latch(a == 2, " + reset + ")", values), {1, 1, u, 1, 0, 1});
+}
+
+TEST(UnknownArguments, EndALatchAndAnIntegralUntilTheirReset) {
+  expect_near(steps("latch(a > 1, a < 0)", {0, u, 0, 0, -1, 0}), {0, u, u, u, 0, 0});
+  expect_near(steps("latch(a > 1, a < 0)", {0, u, 2, 0}), {0, u, 1, 1});  // it is true, whatever was before
+  expect_near(steps("integral(a, a < 0)", {1, u, 2, -1, 3, 0}, "s"), {0, u, u, 0, -0.1, 0.2});
+  expect_near(steps("integral(a)", {1, u, 2, 2}, "s"), {0, u, u, u});
+}
+
+/// The results for values at run times in steps of 0.1 s.
+std::vector<double> steps_at(const std::string& written, const std::vector<std::pair<double, double>>& a,
+                             const std::string& unit = "") {
+  auto program = compile(written, {.unit = unit});
+  std::vector<double> values = test::Names().values(), results;
+  for (const auto& [number, value] : a) {
+    values[0] = value;
+    results.push_back(program->evaluate(values, 0.1 * number));
+  }
+  return results;
+}
+
+TEST(SkippedSteps, HaveTheValueBeforeThem) {
+  for (const std::string function :
+       {"previous(a)", "delay(a, 0.3 s)", "delay(a, 0.3 s, 7)", "delay(a, 0.1 s)", "lag(a, dt)",
+        "lag(a, dt, 7)", "rate_limit(a, 20 / 1 s)", "rate_limit(a, 20 / 1 s, 3 / 1 s)", "hysteresis(a, 1, 3)",
+        "count(a > 1)", "latch(a > 3, a < 2)", "hold(a, a > 3)", "duration(a > 1) / 1 s", "integral(a) / 1 s",
+        "integral(a, a > 6) / 1 s", "pid(a, 1, 4, 0, -50, 50)"}) {
+    const std::vector<double> values{1, 4, 4, 4, 9, 0, 0, 3, 2};
+    const std::vector<double> all = steps(function, values);
+    const std::vector<double> some = steps_at(function, {{0, 1}, {1, 4}, {4, 9}, {5, 0}, {7, 3}, {8, 2}});
+    SCOPED_TRACE(function);
+    expect_near(some, {all[0], all[1], all[4], all[5], all[7], all[8]});
+  }
+  // More steps than the delay has.
+  expect_near(steps_at("delay(a, 0.2 s)", {{0, 1}, {1, 2}, {90, 3}, {91, 4}, {92, 5}}), {1, 1, 2, 2, 3});
+}
+
+/// A value of `a` that was written at a run time, and is read in a step.
+struct Written {
+  double step = 0.0, value = 0.0, at_s = 0.0;
+};
+std::vector<double> judged(const std::string& written, const std::vector<Written>& a,
+                           const std::string& unit = "") {
+  auto program = compile(written, {.unit = unit});
+  std::vector<double> values = test::Names().values(), written_s(values.size(), 0.0), results;
+  for (const Written& one : a) {
+    values[0] = one.value;
+    written_s[0] = one.at_s;
+    results.push_back(program->evaluate(values, Step{.time_s = 0.1 * one.step, .written_s = written_s}));
+  }
+  return results;
+}
+
+TEST(Derivative, GoesFromOneWrittenValueToTheNext) {
+  const std::vector<Written> slow{{0, 1, 0.0}, {1, 1, 0.0}, {2, 1, 0.0}, {3, 4, 0.3},
+                                  {4, 4, 0.3}, {5, 4, 0.3}, {6, 10, 0.6}};
+  expect_near(judged("derivative(a)", slow, "1/s"), {u, u, u, 10, 10, 10, 20});
+  expect_near(judged("derivative(2 * a + b)", slow, "1/s"), {u, u, u, 20, 20, 20, 40});
+  expect_near(judged("derivative(derivative(a))", slow, "1/s2"), {u, u, u, u, u, u, 10 / 0.3});
+  expect_near(judged("pid(a, 0, 0, 1, -50, 50)", slow), {u, u, u, 10, 10, 10, 20});
+  // The same value again is a value.
+  expect_near(judged("derivative(a)", {{0, 1, 0.0}, {1, 2, 0.1}, {2, 2, 0.2}}, "1/s"), {u, 10, 0});
+  // Stamps of frames between the steps, and a gap.
+  expect_near(judged("derivative(a)", {{0, 1, -0.05}, {1, 2, 0.05}, {2, u, 0.05}, {9, 11, 0.85}}, "1/s"),
+              {u, 10, u, 9 / 0.8});
+  // Time itself is written in each step.
+  expect_near(judged("derivative(time)", slow), {u, 1, 1, 1, 1, 1, 1});
+}
+
+TEST(Frames, BetweenStepsAdvanceMemoryButNoNoise) {
+  auto count = compile("count(a > 1)", {});
+  auto noise = compile("noise(2)", {});
+  auto delay = compile("delay(a, 0.1 s)", {});
+  std::vector<double> values = test::Names().values();
+  const auto step = [&](Program& program, double time_s, double value, bool is_tick) {
+    values[0] = value;
+    return program.evaluate(values, Step{.time_s = time_s, .is_tick = is_tick});
+  };
+  EXPECT_EQ(step(*count, 0.0, 0, true), 0.0);
+  EXPECT_EQ(step(*count, 0.03, 2, false), 1.0);
+  EXPECT_EQ(step(*count, 0.06, 0, false), 1.0);
+  EXPECT_EQ(step(*count, 0.1, 2, true), 2.0);
+  const double first = step(*noise, 0.0, 0, true);
+  EXPECT_EQ(step(*noise, 0.03, 0, false), first);
+  EXPECT_NE(step(*noise, 0.1, 0, true), first);
+  EXPECT_EQ(step(*delay, 0.0, 1, true), 1.0);
+  EXPECT_EQ(step(*delay, 0.04, 5, false), 1.0);
+  EXPECT_EQ(step(*delay, 0.1, 2, true), 1.0);
+  EXPECT_EQ(step(*delay, 0.2, 3, true), 2.0) << "the tick's value counts, not that of a frame before it";
 }
 
 TEST(Functions, PidControls) {
