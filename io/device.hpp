@@ -58,6 +58,18 @@ struct Sample {
   bool fresh = false;  ///< false: nothing received yet, or the device is lost; `value` is then the safe value
 };
 
+/// The value of an input in an arrival.
+struct InputValue {
+  std::size_t input = 0;  ///< index into inputs()
+  double value = 0.0;
+};
+
+/// What came at one instant: a frame, or the registers of one request.
+struct Arrival {
+  RunTimeNs time_ns = 0;
+  std::size_t count = 0;  ///< of values
+};
+
 /// When an output is sent: with each release of outputs, or in frames that are due at offset_ns + n *
 /// period_ns, each sent with the first release at or after its due time.
 struct SendCycle {
@@ -154,19 +166,19 @@ class Device {
   /// Copies the newest sample of every input. `samples.size() == inputs().size()`.
   virtual void latch_inputs(std::span<Sample> samples) noexcept = 0;
 
-  /// Before start: also keeps every sample of this input for next_arrival, since latch_inputs returns only
-  /// the newest one of a tick. False: the device does not support this.
+  /// Before start: also keeps each arrival of this input, and of those that come with it, for next_arrival,
+  /// since latch_inputs returns only the newest one of a tick. False: the device does not support this.
   virtual bool keep_arrivals(std::size_t input) {
     static_cast<void>(input);
     return false;
   }
-  /// Removes the oldest kept sample of this input and returns it; false when there is none. Thread rule of
-  /// latch_inputs.
-  virtual bool next_arrival(std::size_t input, Sample& sample) noexcept {
-    static_cast<void>(input), static_cast<void>(sample);
-    return false;
+  /// Removes the oldest kept arrival, in the order in which they came, and copies its values to the front of
+  /// `values`, of which there are as many as inputs. Empty: there is none. Thread rule of latch_inputs.
+  virtual std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept {
+    static_cast<void>(values);
+    return std::nullopt;
   }
-  /// The number of kept samples of all inputs that were lost because they were not taken in time. Any thread.
+  /// The number of kept arrivals that were lost because they were not taken in time. Any thread.
   virtual std::uint64_t lost_arrivals() const noexcept { return 0; }
 
   /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full queue

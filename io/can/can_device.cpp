@@ -16,7 +16,7 @@ namespace hil::io::can {
 namespace {
 
 constexpr std::size_t ring_rows = 64;           // ticks whose outputs may be queued for the thread
-constexpr std::size_t kept_arrivals = 4096;     // samples of one input that may be queued for the tick
+constexpr std::size_t kept_arrivals = 8192;     // that may be queued for the tick
 constexpr std::size_t frames_per_pass = 256;    // received before outputs are processed again
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
 constexpr RunTimeNs default_loss_timeout_ns = 1'000'000'000;
@@ -63,7 +63,7 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
   published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
   if (config_.playback) playback_.emplace(*config_.playback);
   releases_ = std::make_unique<TimedRowRing>(ring_rows, outputs_.size());
-  arrivals_.resize(inputs_.size());
+  keeps_arrivals_.resize(inputs_.size());
 }
 
 CanDevice::~CanDevice() {
@@ -151,15 +151,25 @@ void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
 
 bool CanDevice::keep_arrivals(std::size_t input) {
   require(!started_ && input < inputs_.size(), "arrivals of an input are kept from before the start on");
-  if (!arrivals_[input]) arrivals_[input] = std::make_unique<TimedRowRing>(kept_arrivals, 1);
+  const auto group = std::ranges::find_if(groups_, [&](const InputGroup& candidate) {
+    return input >= candidate.first && input < candidate.first + candidate.count;
+  });
+  const std::size_t first = group == groups_.end() ? input : group->first;
+  const std::size_t count = group == groups_.end() ? 1 : group->count;
+  std::fill_n(keeps_arrivals_.begin() + static_cast<std::ptrdiff_t>(first), count, true);
+  if (arriving_.capacity() < count) {
+    arriving_.reserve(count);
+    arrivals_ = std::make_unique<ArrivalRing>(kept_arrivals, count);
+  }
   return true;
 }
 
-bool CanDevice::next_arrival(std::size_t input, Sample& sample) noexcept {
-  require(arrivals_[input] != nullptr, "arrivals are taken of inputs that keep them");
-  return arrivals_[input]->take([&](std::span<const double> value, RunTimeNs time_ns) {
-    sample = {value.front(), clock_->to_run_time(time_ns), true};
-  });
+std::optional<Arrival> CanDevice::next_arrival(std::span<InputValue> values) noexcept {
+  require(values.size() == inputs_.size(), "a value per input");
+  if (arrivals_ == nullptr) return std::nullopt;
+  std::optional<Arrival> arrival = arrivals_->take(values);
+  if (arrival) arrival->time_ns = clock_->to_run_time(arrival->time_ns);
+  return arrival;
 }
 
 void CanDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
@@ -295,6 +305,7 @@ void CanDevice::decode(Received& received, const Frame& frame) {
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
     store_input(received.first_input + signal, value, time_ns);
   });
+  keep_arrival(time_ns);
 }
 
 void CanDevice::pass_due_frames() {
@@ -351,8 +362,13 @@ void CanDevice::update_bus_off(const Frame& frame) {
 void CanDevice::store_input(std::size_t input, double value, RunTimeNs time_ns) {
   samples_[input] = {value, time_ns, true};
   samples_changed_ = true;
-  TimedRowRing* const kept = arrivals_[input].get();
-  if (kept != nullptr && !kept->push(std::span(&value, 1), time_ns)) counts_.lost_arrivals.add();
+  if (keeps_arrivals_[input]) arriving_.push_back({input, value});
+}
+
+void CanDevice::keep_arrival(RunTimeNs time_ns) {
+  if (arriving_.empty()) return;
+  if (!arrivals_->push(arriving_, time_ns)) counts_.lost_arrivals.add();
+  arriving_.clear();
 }
 
 void CanDevice::send_released() {
@@ -425,6 +441,7 @@ void CanDevice::confirm(Sent& sent, RunTimeNs time_ns) {
   if (!sent.counter_input) return;
   const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
   store_input(*sent.counter_input, value, time_ns);
+  keep_arrival(time_ns);
 }
 
 void CanDevice::note_full_queue(RunTimeNs now_ns) {

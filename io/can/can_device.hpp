@@ -35,6 +35,7 @@
 #include "io/can/send_order.hpp"
 #include "io/device.hpp"
 #include "io/frame_sink.hpp"
+#include "io/handover/arrival_ring.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/handover/timed_row_ring.hpp"
 
@@ -93,9 +94,9 @@ class CanDevice final : public Device {
   SendCycle send_cycle(std::size_t output) const noexcept override;
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
-  /// Keeps up to 4096 samples per such input; drops and counts newer ones.
+  /// Keeps up to 8192 frames between two ticks; drops and counts newer ones.
   bool keep_arrivals(std::size_t input) override;
-  bool next_arrival(std::size_t input, Sample& sample) noexcept override;
+  std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept override;
   std::uint64_t lost_arrivals() const noexcept override { return counts_.lost_arrivals.get(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
@@ -188,6 +189,8 @@ class CanDevice final : public Device {
   }
   void wait_for_work(bool more) noexcept;
   void store_input(std::size_t input, double value, RunTimeNs time_ns);
+  /// Hands over the values stored since the last call, if they are kept.
+  void keep_arrival(RunTimeNs time_ns);
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
@@ -221,8 +224,10 @@ class CanDevice final : public Device {
   std::atomic<bool> started_{false};
   std::unique_ptr<CandumpLogWriter> log_;
   std::unique_ptr<TimedRowRing> releases_;
-  std::vector<std::unique_ptr<TimedRowRing>> arrivals_;  ///< by input; empty: not kept
-  std::vector<Sample> samples_;                          ///< the device thread's copy
+  std::vector<bool> keeps_arrivals_;       ///< by input
+  std::unique_ptr<ArrivalRing> arrivals_;  ///< null: none are kept
+  std::vector<InputValue> arriving_;       ///< of the arrival that is being stored
+  std::vector<Sample> samples_;            ///< the device thread's copy
   bool samples_changed_ = false;
   std::unique_ptr<LatestValue<std::vector<Sample>>> published_;
 

@@ -189,6 +189,17 @@ void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
   freshness_.observe(samples, now_ns);
 }
 
+bool ClientDevice::keep_arrivals(std::size_t input) {
+  arrivals_.keep(input, inputs_.size());
+  return true;
+}
+
+std::optional<Arrival> ClientDevice::next_arrival(std::span<InputValue> values) noexcept {
+  std::optional<Arrival> arrival = arrivals_.take(values);
+  if (arrival) arrival->time_ns = clock_->to_run_time(arrival->time_ns);
+  return arrival;
+}
+
 void ClientDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
   require(values.size() == outputs_.size(),
           "ClientDevice::release_outputs: as many values as outputs are needed");
@@ -380,9 +391,11 @@ bool ClientDevice::read_all(WallTime until) {
       const RegisterEntry& entry = map_.entries[index];
       const Decoded decoded = decode(entry, image.subspan(entry.address - plan.address));
       values_.note(index, decoded.conversion, decoded.held, read_ns);
-      if (decoded.conversion != Conversion::refused)
-        newest_readings_[channel_of_input_[index]] = {decoded.value, read_ns, true};
+      if (decoded.conversion == Conversion::refused) continue;
+      newest_readings_[channel_of_input_[index]] = {decoded.value, read_ns, true};
+      arrivals_.add(channel_of_input_[index], decoded.value);
     }
+    arrivals_.complete(read_ns);
   }
   readings_.draft() = newest_readings_;
   readings_.publish();

@@ -39,6 +39,7 @@
 #include "io/modbus/cycle_watch.hpp"
 #include "io/modbus/event_list.hpp"
 #include "io/modbus/freshness_watch.hpp"
+#include "io/modbus/kept_arrivals.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/request_plan.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
@@ -102,6 +103,9 @@ class ClientDevice final : public Device {
   /// when `stop_requested` is true after an attempt.
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
+  bool keep_arrivals(std::size_t input) override;
+  std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept override;
+  std::uint64_t lost_arrivals() const noexcept override { return arrivals_.lost(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
   /// In lockstep the values are sent before this returns, within `lockstep_limit`, or twice that while an
@@ -184,6 +188,7 @@ class ClientDevice final : public Device {
   // Used by the tick thread.
   LatestValue<Release> releases_;
   LatestValue<std::vector<Reading>> readings_;
+  KeptArrivals arrivals_;
   FreshnessWatch freshness_;
   CycleWatch cycle_watch_;
   std::atomic<bool> safe_requested_{false};

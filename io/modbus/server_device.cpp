@@ -140,6 +140,17 @@ void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
   freshness_.observe(samples, now_ns);
 }
 
+bool ServerDevice::keep_arrivals(std::size_t input) {
+  arrivals_.keep(input, inputs_.size());
+  return true;
+}
+
+std::optional<Arrival> ServerDevice::next_arrival(std::span<InputValue> values) noexcept {
+  std::optional<Arrival> arrival = arrivals_.take(values);
+  if (arrival) arrival->time_ns = clock_->to_run_time(arrival->time_ns);
+  return arrival;
+}
+
 void ServerDevice::release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept {
   require(values.size() == outputs_.size(),
           "ServerDevice::release_outputs: as many values as outputs are needed");
@@ -220,8 +231,11 @@ void ServerDevice::take_inputs(const WrittenRange& written) noexcept {
     if (!touches(entry, written)) continue;
     const Decoded decoded = bank_.load(entry);
     values_.note(input_entries_[i], decoded.conversion, decoded.held, time_ns);
-    if (decoded.conversion != Conversion::refused) newest_readings_[i] = {decoded.value, time_ns, true};
+    if (decoded.conversion == Conversion::refused) continue;
+    newest_readings_[i] = {decoded.value, time_ns, true};
+    arrivals_.add(i, decoded.value);
   }
+  arrivals_.complete(time_ns);
   std::copy(newest_readings_.begin(), newest_readings_.end(), readings_.draft().begin());
   readings_.publish();
 }

@@ -20,6 +20,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
@@ -29,6 +30,7 @@
 #include "io/handover/latest_value.hpp"
 #include "io/modbus/event_list.hpp"
 #include "io/modbus/freshness_watch.hpp"
+#include "io/modbus/kept_arrivals.hpp"
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
@@ -67,6 +69,9 @@ class ServerDevice final : public Device {
   /// Listens. Throws DeviceError when the port is not available.
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
+  bool keep_arrivals(std::size_t input) override;
+  std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept override;
+  std::uint64_t lost_arrivals() const noexcept override { return arrivals_.lost(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   /// False: clients sent requests for the whole `lockstep_limit`.
   bool exchange(RunTimeNs tick_ns) override;
@@ -118,6 +123,7 @@ class ServerDevice final : public Device {
   // Used by the tick thread.
   LatestValue<std::vector<double>> releases_;
   LatestValue<std::vector<Reading>> readings_;
+  KeptArrivals arrivals_;
   FreshnessWatch freshness_;
   std::atomic<bool> safe_requested_{false};
   std::atomic<bool> stopping_{false};

@@ -24,6 +24,11 @@ std::optional<WindowSection> read_window(const Value& entry, const ClaimContext&
       const std::string reason = reason_without_tick(*window.from_ns, context.period_ns, context.duration_ns);
       if (!reason.empty())
         diagnostics.add(limits[0].place(), "'between': " + format_duration(*window.from_ns) + reason);
+      else if (context.duration_ns > 0 && *window.to_ns > context.duration_ns)
+        diagnostics.add(limits[1].place(), "'between': " + format_duration(*window.to_ns) +
+                                               " is after the end of the run, which takes " +
+                                               format_duration(context.duration_ns) +
+                                               "; give an earlier time or a longer duration");
     }
   }
   if (entry.has("after")) window.after = Expression::parse(entry["after"], diagnostics);

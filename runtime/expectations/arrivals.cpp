@@ -4,31 +4,75 @@
 
 namespace hil::expectations {
 
-void Arrivals::keep(io::Device& device, std::size_t input, signals::SignalId signal) {
-  if (keeps(signal) || !device.keep_arrivals(input)) return;
-  kept_.push_back({&device, input, signal});
-  collected_.reserve(kept_.size() * max_per_signal);
+Arrivals::Source& Arrivals::source_of(io::Device& device, const signals::Links& links) {
+  const auto found = std::ranges::find(sources_, &device, &Source::device);
+  if (found != sources_.end()) return *found;
+  Source source{.device = &device,
+                .inputs = links.inputs,
+                .fresh = std::vector<signals::SignalId>(links.inputs.size()),
+                .values = std::vector<io::InputValue>(links.inputs.size()),
+                .next = std::nullopt};
+  const auto groups = device.input_groups();
+  for (std::size_t i = 0; i < std::min(groups.size(), links.fresh.size()); ++i)
+    std::fill_n(source.fresh.begin() + static_cast<std::ptrdiff_t>(groups[i].first), groups[i].count,
+                links.fresh[i]);
+  collected_.reserve(max_arrivals);
+  values_.reserve(max_values);
+  return sources_.emplace_back(std::move(source));
+}
+
+void Arrivals::keep(io::Device& device, const signals::Links& links, signals::SignalId signal) {
+  const auto input = std::ranges::find(links.inputs, signal);
+  if (keeps(signal) || input == links.inputs.end()) return;
+  const auto index = static_cast<std::size_t>(input - links.inputs.begin());
+  if (!device.keep_arrivals(index)) return;
+  const Source& source = source_of(device, links);
+  kept_.push_back(signal);
+  for (const io::InputGroup& group : device.input_groups()) {
+    if (index < group.first || index >= group.first + group.count) continue;
+    for (std::size_t i = group.first; i < group.first + group.count; ++i)
+      if (!keeps(links.inputs[i])) kept_.push_back(links.inputs[i]);
+    if (source.fresh[index].valid()) kept_.push_back(source.fresh[index]);
+  }
 }
 
 bool Arrivals::keeps(signals::SignalId signal) const noexcept {
-  return std::any_of(kept_.begin(), kept_.end(), [&](const Kept& kept) { return kept.signal == signal; });
+  return std::ranges::find(kept_, signal) != kept_.end();
 }
 
 void Arrivals::begin() noexcept {
-  collect();
+  while (!collect().empty()) {
+  }
   lost_before_ = lost_by_devices();
 }
 
 std::span<const Arrival> Arrivals::collect() noexcept {
   collected_.clear();
-  io::Sample sample;
-  for (const Kept& kept : kept_) {
-    for (std::size_t taken = 0; taken < max_per_signal; ++taken) {
-      if (!kept.device->next_arrival(kept.input, sample)) break;
-      collected_.push_back({kept.signal, sample.value, sample.time_ns});
-    }
+  values_.clear();
+  for (Source& source : sources_)
+    if (!source.next) take_next(source);
+  while (collected_.size() < max_arrivals) {
+    Source* earliest = nullptr;
+    for (Source& source : sources_)
+      if (source.next && (earliest == nullptr || source.next->time_ns < earliest->next->time_ns))
+        earliest = &source;
+    if (earliest == nullptr || values_.size() + 2 * earliest->next->count > max_values) break;
+    add(*earliest);
+    take_next(*earliest);
   }
   return collected_;
+}
+
+void Arrivals::add(const Source& source) noexcept {
+  const std::size_t first = values_.size();
+  signals::SignalId fresh;
+  for (const io::InputValue& arrived : std::span(source.values).first(source.next->count)) {
+    values_.push_back({source.inputs[arrived.input], arrived.value});
+    if (source.fresh[arrived.input] == fresh) continue;
+    fresh = source.fresh[arrived.input];
+    if (fresh.valid()) values_.push_back({fresh, 1.0});
+  }
+  collected_.push_back({source.next->time_ns, std::span(values_).subspan(first)});
 }
 
 std::uint64_t Arrivals::lost() const noexcept {
@@ -37,11 +81,8 @@ std::uint64_t Arrivals::lost() const noexcept {
 
 std::uint64_t Arrivals::lost_by_devices() const noexcept {
   std::uint64_t lost = 0;
-  for (auto kept = kept_.begin(); kept != kept_.end(); ++kept) {
-    const bool counted =
-        std::any_of(kept_.begin(), kept, [&](const Kept& other) { return other.device == kept->device; });
-    if (!counted) lost += kept->device->lost_arrivals();
-  }
+  for (const Source& source : sources_)
+    lost += source.device->lost_arrivals();
   return lost;
 }
 

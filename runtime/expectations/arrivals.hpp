@@ -1,51 +1,73 @@
 #pragma once
-// All samples of a device's inputs, for judges that need each of them: a tick sees only the newest of the
-// frames that came since the tick before.
+// The frames that devices received since the tick before, and what registers were read or written: a tick
+// sees only the newest values. They come in one receive order over all devices: by time stamp, then as each
+// device received them.
 //
 // Threads: keep from the thread that opens the run, before the device starts; the rest from the base thread,
 // lost() also after the run.
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "io/device.hpp"
+#include "runtime/signals/links.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::expectations {
 
-struct Arrival {
+struct ArrivedValue {
   signals::SignalId signal;
   double value = 0.0;
+};
+
+/// A frame, or the registers of one request.
+struct Arrival {
   std::int64_t time_ns = 0;
+  std::span<const ArrivedValue> values;  ///< also of the signals that tell whether a message is fresh
+
+  std::optional<double> find(signals::SignalId signal) const noexcept {
+    for (const ArrivedValue& arrived : values)
+      if (arrived.signal == signal) return arrived.value;
+    return std::nullopt;
+  }
 };
 
 class Arrivals {
  public:
-  /// Keeps all samples of this input from now on, if the device can. A second call for a signal has no
-  /// effect.
-  void keep(io::Device& device, std::size_t input, signals::SignalId signal);
+  /// Keeps all arrivals of the input with this signal from now on, with all inputs that come with it, if the
+  /// device can. `links`: of the device. A second call for a signal has no effect.
+  void keep(io::Device& device, const signals::Links& links, signals::SignalId signal);
   bool keeps(signals::SignalId signal) const noexcept;
 
   /// Drops what came before the first tick.
   void begin() noexcept;
-  /// The samples since the last call, by signal, each signal's oldest first. Valid until the next call.
+  /// The arrivals since the last call. Valid until the next one.
   std::span<const Arrival> collect() noexcept;
-  /// The number of samples since begin() that were lost since the tick took them too late.
+  /// The number of arrivals since begin() that were lost since the tick took them too late.
   std::uint64_t lost() const noexcept;
 
  private:
-  struct Kept {
+  struct Source {
     io::Device* device;
-    std::size_t input;
-    signals::SignalId signal;
+    std::vector<signals::SignalId> inputs;  ///< by input
+    std::vector<signals::SignalId> fresh;   ///< by input: of its group; invalid: none
+    std::vector<io::InputValue> values;     ///< of `next`
+    std::optional<io::Arrival> next;        ///< taken from the device, not collected yet
   };
+  Source& source_of(io::Device& device, const signals::Links& links);
+  void take_next(Source& source) noexcept { source.next = source.device->next_arrival(source.values); }
+  void add(const Source& source) noexcept;
   std::uint64_t lost_by_devices() const noexcept;
 
-  /// Above the capacity of a device. The next call takes what one call leaves.
-  static constexpr std::size_t max_per_signal = 8192;
-  std::vector<Kept> kept_;
+  /// Of one call. The next call takes what one call leaves.
+  static constexpr std::size_t max_arrivals = 8192, max_values = 16 * max_arrivals;
+  std::vector<Source> sources_;
+  std::vector<signals::SignalId> kept_;
   std::vector<Arrival> collected_;
+  std::vector<ArrivedValue> values_;
   std::uint64_t lost_before_ = 0;
 };
 

@@ -23,29 +23,62 @@ std::string percent_text(double share) {
 }  // namespace
 
 Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
-                   double min_share)
-    : min_share_(min_share) {
+                   const Arrivals& arrivals, double min_share)
+    : arrivals_(nullptr), min_share_(min_share) {
   for (const signals::SignalId signal : signals) {
     const signals::SignalInfo& info = table.info(signal);
-    if (info.arrives) watched_.push_back({signal, info.name, info.timeout_ns, std::nullopt});
+    watched_.push_back(
+        {.signal = signal, .name = info.name, .arrives = info.arrives, .timeout_ns = info.timeout_ns});
+    if (arrivals.keeps(signal)) arrivals_ = &arrivals;
   }
+  intervals_.reserve(max_intervals);
+  causes_.resize(max_intervals * watched_.size());
 }
 
 void Coverage::check(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept {
   if (evaluated) ++evaluated_ticks_;
+  if (!evaluated) note_not_evaluated(time_ns);
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     Watched& watched = watched_[i];
-    if (table.read(watched.signal).fresh) {
-      watched.stale_since_ns.reset();
-      continue;
+    const bool is_published = table.is_published(watched.signal);
+    if (is_published && !std::isnan(table.value(watched.signal))) {
+      watched.was_known = true;
+    } else if (!evaluated) {
+      ++watched.ticks_not_evaluated;
+      if (!intervals_.empty()) causes_[(intervals_.size() - 1) * watched_.size() + i] = true;
     }
-    if (!watched.stale_since_ns) watched.stale_since_ns = time_ns;
-    const std::int64_t begin_ns = *watched.stale_since_ns;
-    if (evaluated || watched.timeout_ns == 0 || time_ns - begin_ns <= watched.timeout_ns) continue;
-    if (!stale_interval_) stale_interval_ = StaleInterval{i, begin_ns, time_ns};
-    if (stale_interval_->watched == i && stale_interval_->begin_ns == begin_ns)
-      stale_interval_->end_ns = time_ns;
+    if (is_published)
+      watched.stale_since_ns.reset();
+    else if (watched.arrives)
+      note_stale(watched, i, time_ns, evaluated);
   }
+  was_evaluated_ = evaluated;
+}
+
+void Coverage::note_stale(Watched& watched, std::size_t index, std::int64_t time_ns,
+                          bool evaluated) noexcept {
+  if (!watched.stale_since_ns) watched.stale_since_ns = time_ns;
+  const std::int64_t begin_ns = *watched.stale_since_ns;
+  if (evaluated || watched.timeout_ns == 0 || time_ns - begin_ns <= watched.timeout_ns) return;
+  if (!stale_interval_) stale_interval_ = StaleInterval{index, begin_ns, time_ns};
+  if (stale_interval_->watched == index && stale_interval_->begin_ns == begin_ns)
+    stale_interval_->end_ns = time_ns;
+}
+
+void Coverage::note_not_evaluated(std::int64_t time_ns) noexcept {
+  const bool begins = was_evaluated_ || intervals_.empty();
+  if (begins && intervals_.size() < max_intervals) intervals_.push_back({time_ns, time_ns});
+  intervals_.back().end_ns = time_ns;
+}
+
+std::vector<report::NotEvaluated> Coverage::not_evaluated() const {
+  std::vector<report::NotEvaluated> all;
+  for (std::size_t k = 0; k < intervals_.size(); ++k) {
+    all.push_back({.begin_ns = intervals_[k].begin_ns, .end_ns = intervals_[k].end_ns, .signals = {}});
+    for (std::size_t i = 0; i < watched_.size(); ++i)
+      if (causes_[k * watched_.size() + i]) all.back().signals.push_back(watched_[i].name);
+  }
+  return all;
 }
 
 bool Coverage::suffices(std::uint64_t part, std::uint64_t whole) const noexcept {
@@ -60,16 +93,30 @@ std::string Coverage::share_text(std::uint64_t part, std::uint64_t whole, const 
          "), less than its coverage of " + report::shortest(min_share_ * 100.0) + " %";
 }
 
-std::string Coverage::shortfall(std::uint64_t covered_ticks) const {
+std::string Coverage::shortfall(std::uint64_t covered_ticks, const std::optional<OpenSince>& open) const {
   if (covered_ticks == 0) return "the run had no tick";
   std::string text;
-  if (!suffices(evaluated_ticks_, covered_ticks))
-    text = "evaluated on " + share_text(evaluated_ticks_, covered_ticks, "ticks");
-  if (!stale_interval_) return text;
-  const Watched& watched = watched_[stale_interval_->watched];
-  return text + (text.empty() ? "" : "; ") + watched.name + " was not fresh from " +
-         seconds(stale_interval_->begin_ns) + " to " + seconds(stale_interval_->end_ns) +
-         ", longer than its time-out of " + seconds(watched.timeout_ns);
+  const auto add = [&](const std::string& reason) { text += (text.empty() ? "" : "; ") + reason; };
+  const std::uint64_t evaluated =
+      open ? std::min(open->evaluated_before, evaluated_ticks_) : evaluated_ticks_;
+  if (!suffices(evaluated, covered_ticks)) {
+    add("evaluated on " + share_text(evaluated, covered_ticks, "ticks"));
+    if (open && evaluated != evaluated_ticks_)
+      text += ", since what began at " + seconds(open->time_ns) + " was open at the end";
+  }
+  for (const Watched& watched : watched_)
+    if (!watched.was_known && watched.ticks_not_evaluated > 0)
+      add(watched.name + " was never known, on " +
+          report::counted(watched.ticks_not_evaluated, "tick that it decides", "ticks that it decides"));
+  if (stale_interval_) {
+    const Watched& watched = watched_[stale_interval_->watched];
+    add(watched.name + " was not fresh from " + seconds(stale_interval_->begin_ns) + " to " +
+        seconds(stale_interval_->end_ns) + ", longer than its time-out of " + seconds(watched.timeout_ns));
+  }
+  if (arrivals_ != nullptr && arrivals_->lost() > 0)
+    add(report::counted(arrivals_->lost(), "frame was", "frames were") +
+        " lost between the bus and the tick");
+  return text;
 }
 
 }  // namespace hil::expectations

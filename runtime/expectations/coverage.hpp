@@ -1,18 +1,24 @@
 #pragma once
 // The share of a run on which an expectation was evaluated: an expectation is held only if it was checked.
 //
-// A signal of a device (SignalInfo::arrives) is unknown while it is not fresh. A tick is evaluated unless
-// the truth of the expectation depends on an unknown signal. An expectation that did not fail is not
-// checked when none, or too small a share, of its ticks was evaluated, or when such a signal was not fresh
-// for longer than its time-out.
+// A signal is unknown until its task has published it, and one of a device (SignalInfo::arrives) also while
+// it is not fresh. A tick is evaluated unless the truth of the expectation depends on an unknown signal. What
+// the end finds open makes its ticks not evaluated, from its begin on. An expectation that did not fail is not
+// checked when
+// - none, or too small a share, of its ticks was evaluated,
+// - a tick was not evaluated because of a signal that was never known, whatever the share,
+// - a signal of a device was not fresh for longer than its time-out, on ticks that were not evaluated,
+// - or frames of its messages were lost between the bus and the tick.
 //
-// Threads: check from the base thread; shortfall after the run.
+// Threads: check from the base thread; the rest after the run.
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "runtime/expectations/arrivals.hpp"
+#include "runtime/report/run_record.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::expectations {
@@ -25,31 +31,44 @@ struct Extent {
   std::int64_t begin_ns = 0;   ///< of the window
 };
 
+/// What the end of the run or of the window may find open, as a reaction.
+struct OpenSince {
+  std::int64_t time_ns = 0;
+  std::uint64_t evaluated_before = 0;  ///< evaluated ticks before it began
+};
+
 class Coverage {
  public:
   /// `signals`: those that the expectation reads. `min_share`: the least share of its ticks that must be
   /// evaluated, 0 to 1.
   Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
-           double min_share);
+           const Arrivals& arrivals, double min_share);
 
   /// To be called for each tick that ran and that the expectation covers. Neither allocates nor blocks.
   void check(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept;
+  OpenSince open_since(std::int64_t time_ns) const noexcept { return {time_ns, evaluated_ticks_}; }
 
   std::uint64_t evaluated_ticks() const noexcept { return evaluated_ticks_; }
-  /// Why the expectation is not checked, in words: too few of `covered_ticks` were evaluated, or a signal
-  /// was not fresh for too long. Empty: it is checked.
-  std::string shortfall(std::uint64_t covered_ticks) const;
+  /// Why the expectation is not checked, in words. Empty: it is checked. `open`: the oldest that is open at
+  /// the end.
+  std::string shortfall(std::uint64_t covered_ticks, const std::optional<OpenSince>& open = {}) const;
   /// Whether `part` is not 0 and at least min_share of `whole`.
   bool suffices(std::uint64_t part, std::uint64_t whole) const noexcept;
   /// "188 of 10000 ticks (1.8 %), less than its coverage of 95 %", "none of 10000 ticks"
   std::string share_text(std::uint64_t part, std::uint64_t whole, const std::string& what) const;
+  /// The first intervals that were not evaluated, with the signals that caused them.
+  std::vector<report::NotEvaluated> not_evaluated() const;
+  static constexpr std::size_t max_intervals = 20;
 
  private:
   struct Watched {
     signals::SignalId signal;
     std::string name;
+    bool arrives = false;
     std::int64_t timeout_ns = 0;
-    std::optional<std::int64_t> stale_since_ns;
+    bool was_known = false;
+    std::uint64_t ticks_not_evaluated = 0;  ///< because it was unknown
+    std::optional<std::int64_t> stale_since_ns{};
   };
   /// The first interval in which a signal was not fresh for longer than its time-out.
   struct StaleInterval {
@@ -57,11 +76,21 @@ class Coverage {
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
   };
+  struct Interval {
+    std::int64_t begin_ns = 0, end_ns = 0;
+  };
 
-  std::vector<Watched> watched_;  ///< the signals of devices
+  void note_stale(Watched& watched, std::size_t index, std::int64_t time_ns, bool evaluated) noexcept;
+  void note_not_evaluated(std::int64_t time_ns) noexcept;
+
+  std::vector<Watched> watched_;
+  const Arrivals* arrivals_;  ///< null: it judges no frames
   const double min_share_;
   std::uint64_t evaluated_ticks_ = 0;
   std::optional<StaleInterval> stale_interval_;
+  bool was_evaluated_ = true;  ///< the last tick
+  std::vector<Interval> intervals_;
+  std::vector<bool> causes_;  ///< by interval and watched signal
 };
 
 }  // namespace hil::expectations

@@ -26,10 +26,9 @@ class CycleTimeJudge final : public Judge {
         claim_(claim),
         arrivals_(context.arrivals),
         received_(*find_received(claim.message.text, context.table)),
-        coverage_({}, context.table, context.expectation.coverage),
+        coverage_({}, context.table, context.arrivals, context.expectation.coverage),
         has_arrivals_(std::ranges::all_of(received_.signals,
-                                          [&](auto signal) { return context.arrivals.keeps(signal); })),
-        next_(received_.signals.size()) {}
+                                          [&](auto signal) { return context.arrivals.keeps(signal); })) {}
 
   void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
              std::int64_t time_ns) noexcept override {
@@ -43,6 +42,11 @@ class CycleTimeJudge final : public Judge {
 
   report::Expectation result(const Extent& extent) const override {
     Figures figures = figures_;
+    // A first frame that is later than the time-out after the begin ends an interval, too.
+    const std::int64_t begin_limit_ns =
+        received_.timeout_ns > 0 ? received_.timeout_ns : claim_.period_ns + claim_.tolerance_ns;
+    if (first_ns_ != no_time_ns && first_ns_ - extent.begin_ns > begin_limit_ns)
+      figures.add(extent.begin_ns, first_ns_, claim_);
     if (last_ns_ != no_time_ns && extent.end_ns - last_ns_ > claim_.period_ns + claim_.tolerance_ns)
       figures.add(last_ns_, extent.end_ns, claim_);
     report::Expectation result = held_result(name_, coverage_, extent);
@@ -89,7 +93,8 @@ class CycleTimeJudge final : public Judge {
       ++outside;
       // A frame that is too late fails when its time is over.
       const std::int64_t latest_ns = begin_ns + claim.period_ns + claim.tolerance_ns;
-      if (!first_failure_ns) first_failure_ns = std::min(end_ns, latest_ns);
+      const std::int64_t failed_ns = std::min(end_ns, latest_ns);
+      if (!first_failure_ns || failed_ns < *first_failure_ns) first_failure_ns = failed_ns;
     }
   };
 
@@ -103,55 +108,29 @@ class CycleTimeJudge final : public Judge {
   }
 
   void judge_frame(std::int64_t stamp_ns) noexcept {
-    if (last_ns_ != no_time_ns) figures_.add(last_ns_, stamp_ns, claim_);
+    if (last_ns_ == no_time_ns)
+      first_ns_ = stamp_ns;
+    else
+      figures_.add(last_ns_, stamp_ns, claim_);
     last_ns_ = stamp_ns;
   }
 
-  /// Calls `use` with the stamp of each new frame, in non-decreasing order. The samples of each signal are
-  /// together, in this order.
+  /// Calls `use` with the stamp of each new frame, in non-decreasing order.
   template <class Use>
   void for_each_frame(const signals::SignalTable& table, std::span<const Arrival> arrived,
                       const Use& use) noexcept {
-    if (!has_arrivals_) {
-      const std::int64_t stamp_ns = received_.newest_ns(table);
-      if (stamp_ns > newest_ns_) {
-        newest_ns_ = stamp_ns;
-        use(stamp_ns);
-      }
-      return;
+    const auto take = [&](std::int64_t stamp_ns, bool may_repeat) {
+      if (stamp_ns < newest_ns_ || (stamp_ns == newest_ns_ && !may_repeat)) return;
+      newest_ns_ = stamp_ns;
+      use(stamp_ns);
+    };
+    if (!has_arrivals_) return take(received_.newest_ns(table), false);
+    for (const Arrival& arrival : arrived) {
+      // A frame has a value of a signal; signals of a multiplexer are not in each frame.
+      const bool is_frame = std::ranges::any_of(
+          received_.signals, [&](signals::SignalId signal) { return arrival.find(signal).has_value(); });
+      if (is_frame) take(arrival.time_ns, true);
     }
-    for (std::size_t i = 0; i < next_.size(); ++i) {
-      next_[i] = static_cast<std::size_t>(std::ranges::find(arrived, received_.signals[i], &Arrival::signal) -
-                                          arrived.begin());
-    }
-    for (;;) {
-      std::int64_t first_ns = std::numeric_limits<std::int64_t>::max();
-      for (std::size_t i = 0; i < next_.size(); ++i) {
-        while (has_next(i, arrived) && arrived[next_[i]].time_ns <= newest_ns_)
-          ++next_[i];
-        if (has_next(i, arrived)) first_ns = std::min(first_ns, arrived[next_[i]].time_ns);
-      }
-      if (first_ns == std::numeric_limits<std::int64_t>::max()) return;
-      newest_ns_ = first_ns;
-      for (std::size_t frames = frames_at(first_ns, arrived); frames > 0; --frames)
-        use(first_ns);
-    }
-  }
-  /// Each frame has a sample of a signal; signals of a multiplexer are not in each frame.
-  std::size_t frames_at(std::int64_t stamp_ns, std::span<const Arrival> arrived) const noexcept {
-    std::size_t frames = 0;
-    for (std::size_t i = 0; i < next_.size(); ++i) {
-      std::size_t samples = 0;
-      for (std::size_t k = next_[i];
-           k < arrived.size() && arrived[k].signal == received_.signals[i] && arrived[k].time_ns == stamp_ns;
-           ++k)
-        ++samples;
-      frames = std::max(frames, samples);
-    }
-    return frames;
-  }
-  bool has_next(std::size_t i, std::span<const Arrival> arrived) const noexcept {
-    return next_[i] < arrived.size() && arrived[next_[i]].signal == received_.signals[i];
   }
 
   const std::string name_;
@@ -160,9 +139,8 @@ class CycleTimeJudge final : public Judge {
   const Received received_;
   Coverage coverage_;
   const bool has_arrivals_;
-  std::vector<std::size_t> next_;  ///< by signal: its next sample of the tick
-  std::int64_t newest_ns_ = -1;    ///< of all frames; those before the run do not count
-  std::int64_t last_ns_ = no_time_ns;
+  std::int64_t newest_ns_ = -1;  ///< of all frames; those before the run do not count
+  std::int64_t first_ns_ = no_time_ns, last_ns_ = no_time_ns;  ///< of the judged frames
   Figures figures_;
 };
 

@@ -22,31 +22,23 @@ class EveryTickJudge final : public Judge {
       : name_(context.expectation.name),
         condition_(condition, context.table, context.options),
         margin_(condition, context.table, context.options),
-        coverage_(condition_.signals(), context.table, context.expectation.coverage),
+        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage),
         wanted_(wanted),
         has_margin_(margin_.exists()) {}
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
-    const Truth truth = condition_.truth(table, time_ns);
-    const double of_condition = margin_.at(table, time_ns);
-    const double margin = wanted_ ? of_condition : 0.0 - of_condition;  // no -0
-    const bool evaluated = truth != Truth::unknown;
-    coverage_.check(table, time_ns, evaluated);
-    if (!evaluated) return;
-    const bool is_broken = (truth == Truth::yes) != wanted_;
-    if (is_broken && !first_failure_ns_) first_failure_ns_ = time_ns;
-    // False without a known margin, as of "false and unknown": the least one is not known.
-    if (std::isnan(margin)) has_margin_ = has_margin_ && !is_broken;
-    if (margin < worst_margin_) {
-      worst_margin_ = margin;
-      worst_ns_ = time_ns;
-    }
+    coverage_.check(table, time_ns, judge(table, {.time_ns = time_ns}) != Truth::unknown);
   }
   void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
             std::int64_t time_ns) noexcept override {
-    condition_.truth(table, time_ns);
-    margin_.at(table, time_ns);
+    advance(table, {.time_ns = time_ns});
+  }
+  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
+    judge(table, {.time_ns = time_ns, .is_tick = false});
+  }
+  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
+    advance(table, {.time_ns = time_ns, .is_tick = false});
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -72,6 +64,26 @@ class EveryTickJudge final : public Judge {
   }
 
  private:
+  Truth judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
+    const Truth truth = condition_.truth(table, instant);
+    const double of_condition = margin_.at(table, instant);
+    const double margin = wanted_ ? of_condition : 0.0 - of_condition;  // no -0
+    if (truth == Truth::unknown) return truth;
+    const bool is_broken = (truth == Truth::yes) != wanted_;
+    if (is_broken && !first_failure_ns_) first_failure_ns_ = instant.time_ns;
+    // False without a known margin, as of "false and unknown": the least one is not known.
+    if (std::isnan(margin)) has_margin_ = has_margin_ && !is_broken;
+    if (margin < worst_margin_) {
+      worst_margin_ = margin;
+      worst_ns_ = instant.time_ns;
+    }
+    return truth;
+  }
+  void advance(const signals::SignalTable& table, signals::Instant instant) noexcept {
+    condition_.truth(table, instant);
+    margin_.at(table, instant);
+  }
+
   const std::string name_;
   WatchedCondition condition_;
   ConditionMargin margin_;
@@ -88,26 +100,25 @@ class EventuallyJudge final : public Judge {
       : name_(context.expectation.name),
         condition_(claim.condition, context.table, context.options),
         margin_(claim.condition, context.table, context.options),
-        coverage_(condition_.signals(), context.table, context.expectation.coverage),
+        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage),
         by_ns_(claim.by_ns) {}
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
     judged_in_last_check_ = !met_ns_;
     if (met_ns_) return;
-    const Truth truth = condition_.truth(table, time_ns);
-    const double margin = margin_.at(table, time_ns);
-    if (truth == Truth::yes) met_ns_ = time_ns;
-    if (by_ns_ && time_ns > *by_ns_) return;
-    coverage_.check(table, time_ns, truth != Truth::unknown);
-    if (truth == Truth::unknown || !(margin > best_margin_)) return;
-    best_margin_ = margin;
-    best_ns_ = time_ns;
+    const Truth truth = judge(table, {.time_ns = time_ns});
+    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != Truth::unknown);
   }
   void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
             std::int64_t time_ns) noexcept override {
-    condition_.truth(table, time_ns);
-    margin_.at(table, time_ns);
+    advance(table, {.time_ns = time_ns});
+  }
+  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
+    if (!met_ns_) judge(table, {.time_ns = time_ns, .is_tick = false});
+  }
+  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
+    advance(table, {.time_ns = time_ns, .is_tick = false});
   }
 
   bool judged_in_last_check() const noexcept override { return judged_in_last_check_; }
@@ -142,6 +153,22 @@ class EventuallyJudge final : public Judge {
   }
 
  private:
+  Truth judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
+    const Truth truth = condition_.truth(table, instant);
+    const double margin = margin_.at(table, instant);
+    if (truth == Truth::yes) met_ns_ = instant.time_ns;
+    const bool is_late = by_ns_ && instant.time_ns > *by_ns_;
+    if (truth != Truth::unknown && !is_late && margin > best_margin_) {
+      best_margin_ = margin;
+      best_ns_ = instant.time_ns;
+    }
+    return truth;
+  }
+  void advance(const signals::SignalTable& table, signals::Instant instant) noexcept {
+    condition_.truth(table, instant);
+    margin_.at(table, instant);
+  }
+
   std::uint64_t covered_ticks(const Extent& extent) const {
     if (!by_ns_ || extent.period_ns <= 0) return extent.ticks;
     if (*by_ns_ < extent.begin_ns) return 0;
@@ -201,17 +228,26 @@ void check_claim(const Eventually& claim, const ClaimCheck& check) {
   check.condition(claim.condition);
 }
 
+std::vector<signals::SignalId> sampled_signals(const Never& claim, const signals::SignalTable& table) {
+  return plot_content_of(claim, table).signals;
+}
 std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context) {
   return std::make_unique<EveryTickJudge>(claim.condition, false, context);
 }
 PlotContent plot_content_of(const Never& claim, const signals::SignalTable& table) {
   return plot_of(claim.condition, table);
 }
+std::vector<signals::SignalId> sampled_signals(const Always& claim, const signals::SignalTable& table) {
+  return plot_content_of(claim, table).signals;
+}
 std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context) {
   return std::make_unique<EveryTickJudge>(claim.condition, true, context);
 }
 PlotContent plot_content_of(const Always& claim, const signals::SignalTable& table) {
   return plot_of(claim.condition, table);
+}
+std::vector<signals::SignalId> sampled_signals(const Eventually& claim, const signals::SignalTable& table) {
+  return plot_content_of(claim, table).signals;
 }
 std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context) {
   return std::make_unique<EventuallyJudge>(claim, context);

@@ -13,13 +13,18 @@ class FreshJudge final : public Judge {
       : name_(context.expectation.name),
         subject_(claim.name.text),
         received_(*find_received(subject_, context.table)),
-        coverage_({}, context.table, context.expectation.coverage) {}
+        coverage_({}, context.table, context.arrivals, context.expectation.coverage) {}
 
   void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
              std::int64_t time_ns) noexcept override {
     const bool is_fresh = received_.is_fresh(table);
+    if (!begin_ns_) begin_ns_ = time_ns;
     if (is_fresh && !first_ns_) first_ns_ = time_ns;
-    if (!first_ns_) return;
+    if (!first_ns_) {
+      const bool is_late = received_.timeout_ns > 0 && time_ns - *begin_ns_ > received_.timeout_ns;
+      if (is_late && !first_failure_ns_) first_failure_ns_ = time_ns;
+      return;
+    }
     coverage_.check(table, time_ns, true);
     if (!is_fresh && !first_failure_ns_) first_failure_ns_ = time_ns;
     // A lost device has no stamp: then the last one counts.
@@ -36,14 +41,15 @@ class FreshJudge final : public Judge {
   report::Expectation result(const Extent& extent) const override {
     const std::string claim = "fresh " + subject_ + ": ";
     report::Expectation result = held_result(name_, coverage_, extent);
+    result.first_failure_ns = first_failure_ns_;
     if (!first_ns_) {
-      result.result = report::ExpectationResult::not_checked;
+      result.result =
+          first_failure_ns_ ? report::ExpectationResult::failed : report::ExpectationResult::not_checked;
       result.detail = claim + "it never arrived";
       return result;
     }
     result.covered_ticks -=
         std::min(extent.ticks, static_cast<std::uint64_t>((*first_ns_ - extent.begin_ns) / extent.period_ns));
-    result.first_failure_ns = first_failure_ns_;
     result.worst_ns = worst_ns_;
     if (received_.timeout_ns > 0) {
       result.margin = static_cast<double>(received_.timeout_ns - worst_age_ns_) / 1e9;
@@ -66,6 +72,7 @@ class FreshJudge final : public Judge {
   const std::string name_, subject_;
   const Received received_;
   Coverage coverage_;
+  std::optional<std::int64_t> begin_ns_;  ///< of its window
   std::optional<std::int64_t> first_ns_, first_failure_ns_;
   std::int64_t newest_ns_ = 0, worst_age_ns_ = 0, worst_ns_ = 0;
 };

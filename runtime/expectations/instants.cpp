@@ -58,7 +58,7 @@ class InstantsJudge final : public Judge {
       : name_(context.expectation.name),
         signal_(*context.table.find(claim.signal.text)),
         info_(context.table.info(signal_)),
-        coverage_({signal_}, context.table, context.expectation.coverage) {
+        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage) {
     config::Diagnostics ignored;  // check_claim has reported the mistakes, so there are none
     for (const config::InstantCheck& check : claim.checks)
       instants_.push_back(*instant_of(check, info_, ignored));

@@ -26,7 +26,8 @@ report::Expectation held_result(const std::string& name, const Coverage& coverag
           .result = report::ExpectationResult::held,
           .detail = {},
           .evaluated_ticks = coverage.evaluated_ticks(),
-          .covered_ticks = extent.ticks};
+          .covered_ticks = extent.ticks,
+          .not_evaluated = coverage.not_evaluated()};
 }
 
 }  // namespace hil::expectations

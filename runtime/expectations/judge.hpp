@@ -32,6 +32,11 @@ class Judge {
   /// After any other tick, which is not judged: functions with a memory advance.
   virtual void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
                     std::int64_t time_ns) noexcept = 0;
+  /// At a frame of the window that came before the tick: `table` has its values, and of all other signals
+  /// those of the tick before. What is judged by the tick alone needs neither of both functions.
+  virtual void check_frame(const signals::SignalTable& /*table*/, std::int64_t /*time_ns*/) noexcept {}
+  /// At any other frame, which is not judged: functions with a memory advance.
+  virtual void skip_frame(const signals::SignalTable& /*table*/, std::int64_t /*time_ns*/) noexcept {}
   /// Whether the latest check() judged its tick. Undefined after skip().
   virtual bool judged_in_last_check() const noexcept { return true; }
   virtual report::Expectation result(const Extent& extent) const = 0;
@@ -67,7 +72,7 @@ class Claim : public config::Claim {
  public:
   /// Adds the mistakes.
   virtual void check(const ClaimCheck& check) const = 0;
-  /// Signals of which every sample is judged, not only the newest of a tick.
+  /// Signals of which every arrival is judged, not only the newest of a tick.
   virtual std::vector<signals::SignalId> sampled(const signals::SignalTable& table) const = 0;
   virtual std::unique_ptr<Judge> make_judge(const JudgeContext& context) const = 0;
   virtual PlotContent plot_content(const signals::SignalTable& table) const = 0;

@@ -1,8 +1,11 @@
 #include "runtime/expectations/kinds.hpp"
 
+#include <algorithm>
+
 #include "runtime/config/require.hpp"
 #include "runtime/expectations/instants.hpp"
 #include "runtime/expectations/window.hpp"
+#include "runtime/signals/signal_expression.hpp"
 
 namespace hil::expectations {
 
@@ -46,7 +49,14 @@ void check_expectation(const config::Expectation& expectation, const ClaimCheck&
 
 std::vector<signals::SignalId> sampled_signals(const config::Expectation& expectation,
                                                const signals::SignalTable& table) {
-  return claim_in(expectation).sampled(table);
+  std::vector<signals::SignalId> sampled = claim_in(expectation).sampled(table);
+  if (sampled.empty() || !expectation.window) return sampled;
+  for (const auto* condition : {&expectation.window->after, &expectation.window->until}) {
+    if (!*condition) continue;
+    for (const signals::SignalId signal : signals::signals_in(**condition, table))
+      if (std::ranges::find(sampled, signal) == sampled.end()) sampled.push_back(signal);
+  }
+  return sampled;
 }
 
 PlotContent plot_content(const config::Expectation& expectation, const signals::SignalTable& table) {

@@ -17,7 +17,7 @@ config::TableClaims table_claims();
 
 /// Adds the mistakes of an expectation of one of the kinds.
 void check_expectation(const config::Expectation& expectation, const ClaimCheck& check);
-/// Signals of which it judges every sample.
+/// Signals of which it judges every arrival, with those of its window.
 std::vector<signals::SignalId> sampled_signals(const config::Expectation& expectation,
                                                const signals::SignalTable& table);
 /// What its plot in the report shows, with the signals of its window.

@@ -60,8 +60,8 @@ ConditionMargin::ConditionMargin(const config::Expression& condition, const sign
                                                    {.unit = std::nullopt}, options, of_units);
 }
 
-double ConditionMargin::at(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  return expression_ ? expression_->evaluate(table, time_ns, signals::Unpublished::unknown)
+double ConditionMargin::at(const signals::SignalTable& table, signals::Instant instant) noexcept {
+  return expression_ ? expression_->evaluate(table, instant, signals::Unpublished::unknown)
                      : std::numeric_limits<double>::quiet_NaN();
 }
 

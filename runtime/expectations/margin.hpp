@@ -26,8 +26,9 @@ class ConditionMargin {
 
   bool exists() const noexcept { return expression_.has_value(); }
   std::string unit() const { return expression_ ? expression_->unit() : ""; }
-  /// Once a tick, since it has functions with a memory of its own. NaN: there is none, or it is unknown.
-  double at(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
+  /// Once at each instant, since it has functions with a memory of its own. NaN: there is none, or it is
+  /// unknown.
+  double at(const signals::SignalTable& table, signals::Instant instant) noexcept;
 
  private:
   std::optional<signals::SignalExpression> expression_;

@@ -49,6 +49,9 @@ void check_claim(const Reaction& claim, const ClaimCheck& check) {
   check.condition(claim.then);
 }
 
+std::vector<signals::SignalId> sampled_signals(const Reaction& claim, const signals::SignalTable& table) {
+  return plot_content_of(claim, table).signals;
+}
 std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context) {
   return std::make_unique<ReactionJudge>(claim, context);
 }
@@ -71,7 +74,7 @@ ReactionJudge::ReactionJudge(const Reaction& claim, const JudgeContext& context)
                   {claim.then,
                    context.table,
                    {.period_ns = context.options.period_ns, .seed = ~context.options.seed}}},
-      coverage_(signals_of(conditions_), context.table, context.expectation.coverage),
+      coverage_(signals_of(conditions_), context.table, context.arrivals, context.expectation.coverage),
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
       hold_ns_(claim.hold_ns),
@@ -88,7 +91,8 @@ void ReactionJudge::begin(std::int64_t time_ns) noexcept {
     ++first_;
     ++not_judged_;
   }
-  open_[end_++ % open_.size()] = {.begin_ns = time_ns};
+  open_[end_++ % open_.size()] = {.begin_ns = time_ns,
+                                  .evaluated_before = coverage_.open_since(time_ns).evaluated_before};
 }
 
 void ReactionJudge::note_margin(std::int64_t begin_ns, std::int64_t margin_ns) noexcept {
@@ -144,7 +148,7 @@ void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
     // `then` followed in time and is still true.
     if (then_since_ns_ && *then_since_ns_ <= limit_ns) return;
     if (reaction.was_unknown) {
-      ++not_judged_;
+      ++unknown_;
       continue;
     }
     if (reaction.stayed_ns >= 0) {
@@ -160,29 +164,47 @@ void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
 
 void ReactionJudge::check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
                           std::int64_t time_ns) noexcept {
-  const Truth when = conditions_[0].truth(table, time_ns);
-  const Truth then = conditions_[1].truth(table, time_ns);
+  coverage_.check(table, time_ns, judge(table, {.time_ns = time_ns}));
+}
+
+void ReactionJudge::skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
+                         std::int64_t time_ns) noexcept {
+  advance(table, {.time_ns = time_ns});
+}
+
+void ReactionJudge::check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+  judge(table, {.time_ns = time_ns, .is_tick = false});
+}
+
+void ReactionJudge::skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+  advance(table, {.time_ns = time_ns, .is_tick = false});
+}
+
+void ReactionJudge::advance(const signals::SignalTable& table, signals::Instant instant) noexcept {
+  for (WatchedCondition& condition : conditions_)
+    condition.truth(table, instant);
+}
+
+bool ReactionJudge::judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
+  const std::int64_t time_ns = instant.time_ns;
+  const Truth when = conditions_[0].truth(table, instant);
+  const Truth then = conditions_[1].truth(table, instant);
   if (conditions_[0].became_true()) begin(time_ns);
   if (then != Truth::yes) note_then_ended(time_ns);
   end_before(time_ns);  // the time of some may have ended in ticks that were skipped
-  coverage_.check(table, time_ns, when != Truth::unknown && (then != Truth::unknown || first_ == end_));
+  const bool is_evaluated = when != Truth::unknown && (then != Truth::unknown || first_ == end_);
   if (then == Truth::yes) {
     if (!then_since_ns_) then_since_ns_ = time_ns;
     then_last_ns_ = time_ns;
     complete(time_ns);
-    return;
+    return is_evaluated;
   }
   if (then == Truth::unknown) {
     for (std::uint64_t i = first_; i != end_; ++i)
       open_[i % open_.size()].was_unknown = true;
   }
   end_before(time_ns + 1);
-}
-
-void ReactionJudge::skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-                         std::int64_t time_ns) noexcept {
-  conditions_[0].truth(table, time_ns);
-  conditions_[1].truth(table, time_ns);
+  return is_evaluated;
 }
 
 std::string ReactionJudge::figures() const {
@@ -199,8 +221,12 @@ std::string ReactionJudge::figures() const {
             ascii_time(hold_ns_) + ", at " + report::to_ascii(report::instant(shortest_.begin_ns));
   }
   if (too_short_ > 0 && late_ > 0) text += "; " + std::to_string(late_) + " came too late or not at all";
-  const std::uint64_t not_judged = not_judged_ + (end_ - first_);
-  if (not_judged > 0) text += "; " + std::to_string(not_judged) + " not judged";
+  const auto add_not_judged = [&](std::uint64_t count, const std::string& why) {
+    if (count > 0) text += "; " + std::to_string(count) + " not judged, since " + why;
+  };
+  add_not_judged(unknown_, "'then' was unknown in that time");
+  add_not_judged(end_ - first_, "the run or the window ended before");
+  add_not_judged(not_judged_, "more than " + std::to_string(open_.size()) + " were open at once");
   return text;
 }
 
@@ -221,11 +247,19 @@ report::Expectation ReactionJudge::result(const Extent& extent) const {
     result.margin_unit = "s";
     result.worst_ns = is_open ? *late_begin_ns_ : worst_begin_ns_;
   }
-  const std::string shortfall = coverage_.shortfall(extent.ticks);
+  std::optional<OpenSince> open;
+  if (end_ > first_) {
+    const Tracked& oldest = open_[first_ % open_.size()];
+    open = OpenSince{oldest.begin_ns, oldest.evaluated_before};
+  }
+  const std::string shortfall = coverage_.shortfall(extent.ticks, open);
+  const std::uint64_t could_be_judged = judged + unknown_ + not_judged_;
   if (failed > 0) {
     result.result = report::ExpectationResult::failed;
   } else if (judged < at_least_) {
     result.detail += "; at least " + std::to_string(at_least_) + " have to be judged";
+  } else if (!coverage_.suffices(judged, could_be_judged)) {
+    result.detail += ", so judged " + coverage_.share_text(judged, could_be_judged, "reactions");
   } else if (!shortfall.empty()) {
     result.detail += ", and " + shortfall;
   } else {
@@ -241,7 +275,7 @@ std::optional<report::ResponseTime> ReactionJudge::response_times(std::int64_t /
       .limit_ns = within_ns_,
       .samples_ns = samples_ns_,
       .unanswered = late_ + too_short_,
-      .not_judged = not_judged_ + (end_ - first_)};
+      .not_judged = unknown_ + not_judged_ + (end_ - first_)};
 }
 
 }  // namespace hil::expectations

@@ -44,17 +44,23 @@ class ReactionJudge final : public Judge {
              std::int64_t time_ns) noexcept override;
   void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
             std::int64_t time_ns) noexcept override;
+  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override;
+  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override;
   report::Expectation result(const Extent& extent) const override;
   std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
 
  private:
   struct Tracked {
     std::int64_t begin_ns = 0;
-    bool was_unknown = false;     ///< `then`, on a tick since the begin
+    std::uint64_t evaluated_before = 0;  ///< evaluated ticks before the begin
+    bool was_unknown = false;            ///< `then`, on a tick since the begin
     std::int64_t came_ns = 0;     ///< start of the longest true phase of `then` that began within `within`
     std::int64_t stayed_ns = -1;  ///< length of this phase; -1: there was none
     std::int64_t ended_ns = 0;    ///< the first tick after this phase
   };
+  /// Whether the instant is evaluated: `when` is known, and `then` where a reaction is open.
+  bool judge(const signals::SignalTable& table, signals::Instant instant) noexcept;
+  void advance(const signals::SignalTable& table, signals::Instant instant) noexcept;
   Tracked& oldest() noexcept { return open_[first_ % open_.size()]; }
   void begin(std::int64_t time_ns) noexcept;
   /// `then` is true: completes those that it has followed for long enough.
@@ -74,7 +80,9 @@ class ReactionJudge final : public Judge {
   const std::int64_t hold_ns_;
   std::vector<Tracked> open_;  ///< a ring, the oldest first
   std::uint64_t first_ = 0, end_ = 0;
-  std::uint64_t in_time_ = 0, late_ = 0, too_short_ = 0, not_judged_ = 0;
+  std::uint64_t in_time_ = 0, late_ = 0, too_short_ = 0;
+  std::uint64_t unknown_ = 0;                           ///< not judged, since `then` was unknown
+  std::uint64_t not_judged_ = 0;                        ///< since there were too many at once
   std::int64_t slowest_ns_ = 0, slowest_begin_ns_ = 0;  ///< of those in time
   Tracked shortest_;                                    ///< of those that were too short
   std::int64_t margin_ns_ = std::numeric_limits<std::int64_t>::max(), worst_begin_ns_ = 0;  ///< of all
@@ -88,6 +96,7 @@ class ReactionJudge final : public Judge {
 };
 
 void check_claim(const Reaction& claim, const ClaimCheck& check);
+std::vector<signals::SignalId> sampled_signals(const Reaction& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Reaction& claim, const signals::SignalTable& table);
 

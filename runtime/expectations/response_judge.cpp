@@ -90,7 +90,8 @@ config::ExpectationKind response_kind() {
 ResponseJudge::ResponseJudge(const Response& claim, const JudgeContext& context)
     : name_(context.expectation.name),
       arrivals_(context.arrivals),
-      coverage_({*context.table.find(claim.request.text)}, context.table, context.expectation.coverage),
+      coverage_({*context.table.find(claim.request.text)}, context.table, context.arrivals,
+                context.expectation.coverage),
       reply_connected_(context.table.find(context.table.info(*context.table.find(claim.reply.text)).writer +
                                           ".connected")),
       within_ns_(claim.within_ns),
@@ -107,36 +108,45 @@ ResponseJudge::ResponseJudge(const Response& claim, const JudgeContext& context)
   samples_ns_.reserve(std::min(context.max_samples, max_kept));
 }
 
-template <typename Use>
-void ResponseJudge::take(Side& side, const signals::SignalTable& table, std::span<const Arrival> arrived,
-                         const Use& use) noexcept {
-  if (side.has_arrivals) {
-    for (const Arrival& arrival : arrived) {
-      if (arrival.signal == side.signal) use(Known{arrival.value, arrival.time_ns});
-    }
-    return;
-  }
+std::optional<ResponseJudge::Known> ResponseJudge::change_of(Side& side,
+                                                             const signals::SignalTable& table) noexcept {
   const signals::SignalValue& latched = table.read(side.signal);
-  if (!latched.fresh || latched.time_ns == side.last_ns) return;
+  if (side.has_arrivals || !latched.fresh || latched.time_ns == side.last_ns) return std::nullopt;
   side.last_ns = latched.time_ns;
-  if (std::exchange(side.last_value, latched.value) == latched.value) return;
-  use(Known{latched.value, latched.time_ns});
+  if (std::exchange(side.last_value, latched.value) == latched.value) return std::nullopt;
+  return Known{.value = latched.value, .time_ns = latched.time_ns};
+}
+
+void ResponseJudge::take(const signals::SignalTable& table, std::span<const Arrival> arrived,
+                         bool is_judged) noexcept {
+  const auto request = [&](Known known) {
+    known.evaluated_before = coverage_.evaluated_ticks();
+    known.is_judged = is_judged;
+    add_request(known);
+  };
+  for (const Arrival& arrival : arrived) {
+    if (const auto value = requests_.has_arrivals ? arrival.find(requests_.signal) : std::nullopt)
+      request({.value = *value, .time_ns = arrival.time_ns});
+    if (const auto value = replies_.has_arrivals ? arrival.find(replies_.signal) : std::nullopt)
+      take_reply({.value = *value, .time_ns = arrival.time_ns});
+  }
+  if (const auto change = change_of(requests_, table)) request(*change);
+  if (const auto change = change_of(replies_, table)) take_reply(*change);
 }
 
 void ResponseJudge::check(const signals::SignalTable& table, std::span<const Arrival> arrived,
                           std::int64_t time_ns) noexcept {
-  take(requests_, table, arrived, [this](Known request) { add_request(request); });
-  take(replies_, table, arrived, [this](Known reply) { take_reply(reply); });
+  take(table, arrived, true);
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
   // A request without a time-out may be rare: its absence does not reduce the coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
-  coverage_.check(table, time_ns, may_be_rare || table.is_known(requests_.signal));
+  coverage_.check(table, time_ns, may_be_rare || table.is_published(requests_.signal));
 }
 
 void ResponseJudge::skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                         std::int64_t /*time_ns*/) noexcept {
-  take(requests_, table, arrived, [](Known /*request*/) {});
-  take(replies_, table, arrived, [](Known /*reply*/) {});
+                         std::int64_t time_ns) noexcept {
+  take(table, arrived, false);
+  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
 }
 
 std::string ResponseJudge::figures(const Unanswered& unanswered) const {
@@ -161,7 +171,7 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
   const std::uint64_t judged = answered_ + unanswered.judged;
   const std::uint64_t could_be_judged = judged + unanswered.disconnected;
   const std::string seen = figures(unanswered);
-  const std::string shortfall = coverage_.shortfall(extent.ticks);
+  const std::string shortfall = coverage_.shortfall(extent.ticks, open_at(extent.end_ns));
   report::Expectation result = held_result(name_, coverage_, extent);
   result.result = report::ExpectationResult::not_checked;
   result.first_failure_ns = first_failure(extent.end_ns);
@@ -209,7 +219,7 @@ void ResponseJudge::add_request(Known request) noexcept {
   pending_[(first_ + pending_count_++) % pending_.size()] = request;
   Known* earliest = nullptr;
   for (Known& reply : early_replies_) {
-    if (reply.value != request.value || reply.time_ns < request.time_ns) continue;
+    if (reply.value != request.value || reply.time_ns <= request.time_ns) continue;
     if (earliest == nullptr || reply.time_ns < earliest->time_ns) earliest = &reply;
   }
   if (earliest != nullptr && answer(*earliest)) earliest->time_ns = long_ago_ns;
@@ -227,6 +237,10 @@ bool ResponseJudge::answer(Known reply) noexcept {
     if (waiting(i).value != reply.value || waiting(i).time_ns > reply.time_ns) continue;
     const std::int64_t took_ns = reply.time_ns - waiting(i).time_ns;
     count_first_as_unanswered(i);  // older requests stay unanswered
+    if (!waiting(0).is_judged) {
+      drop_first(1);
+      return true;
+    }
     ++answered_;
     if (answered_ == 1 || took_ns > slowest_ns_) {
       slowest_ns_ = took_ns;
@@ -254,6 +268,7 @@ void ResponseJudge::mark_disconnected(std::int64_t time_ns) noexcept {
 
 void ResponseJudge::count_first_as_unanswered(std::size_t count) noexcept {
   for (std::size_t i = 0; i < count; ++i) {
+    if (!waiting(i).is_judged) continue;
     if (waiting(i).disconnected) {
       ++unanswered_disconnected_;
     } else {
@@ -277,6 +292,7 @@ ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) cons
   Unanswered count{.judged = unanswered_, .disconnected = unanswered_disconnected_, .cut_off = 0};
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const Known& request = waiting(i);
+    if (!request.is_judged) continue;
     ++(request.disconnected                     ? count.disconnected
        : request.time_ns + within_ns_ <= end_ns ? count.judged
                                                 : count.cut_off);
@@ -284,11 +300,21 @@ ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) cons
   return count;
 }
 
+std::optional<OpenSince> ResponseJudge::open_at(std::int64_t end_ns) const {
+  for (std::size_t i = 0; i < pending_count_; ++i) {
+    const Known& request = waiting(i);
+    if (!request.is_judged || request.disconnected || request.time_ns + within_ns_ <= end_ns) continue;
+    return OpenSince{request.time_ns, request.evaluated_before};
+  }
+  return std::nullopt;
+}
+
 std::optional<std::int64_t> ResponseJudge::first_failure(std::int64_t end_ns) const {
   std::optional<std::int64_t> first = first_failure_ns_;
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const std::int64_t due_ns = waiting(i).time_ns + within_ns_;
-    if (!waiting(i).disconnected && due_ns <= end_ns && (!first || due_ns < *first)) first = due_ns;
+    if (waiting(i).is_judged && !waiting(i).disconnected && due_ns <= end_ns && (!first || due_ns < *first))
+      first = due_ns;
   }
   return first;
 }

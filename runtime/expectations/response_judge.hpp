@@ -52,6 +52,8 @@ class ResponseJudge final : public Judge {
   struct Known {
     double value = 0.0;
     std::int64_t time_ns = 0;
+    std::uint64_t evaluated_before = 0;  ///< of a request: evaluated ticks before it
+    bool is_judged = true;               ///< of a request: it came in the window
     bool disconnected = false;  ///< of a request: the replying device was not connected before its time limit
   };
 
@@ -63,9 +65,10 @@ class ResponseJudge final : public Judge {
     double last_value = 0.0;
     std::int64_t last_ns = 0;
   };
-  template <typename Use>
-  static void take(Side& side, const signals::SignalTable& table, std::span<const Arrival> arrived,
-                   const Use& use) noexcept;
+  /// Takes the requests and the replies in the order in which they came.
+  void take(const signals::SignalTable& table, std::span<const Arrival> arrived, bool is_judged) noexcept;
+  /// The value of a side without arrivals at this tick, if it changed.
+  static std::optional<Known> change_of(Side& side, const signals::SignalTable& table) noexcept;
 
   const Known& waiting(std::size_t i) const noexcept { return pending_[(first_ + i) % pending_.size()]; }
   void add_request(Known request) noexcept;
@@ -82,6 +85,8 @@ class ResponseJudge final : public Judge {
     std::uint64_t cut_off = 0;       ///< the run ended before the time limit
   };
   Unanswered unanswered_by(std::int64_t end_ns) const;
+  /// The oldest request whose time limit is after the end.
+  std::optional<OpenSince> open_at(std::int64_t end_ns) const;
   std::string figures(const Unanswered& unanswered) const;
   std::optional<std::int64_t> first_failure(std::int64_t end_ns) const;
 

@@ -56,7 +56,7 @@ class StatisticsJudge final : public Judge {
         signal_(*context.table.find(claim.signal.text)),
         unit_(context.table.info(signal_).unit),
         difference_(units::difference_unit(unit_)),
-        coverage_({signal_}, context.table, context.expectation.coverage) {
+        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage) {
     if (claim.overshoot) overshoot_of_ = values_of(claim.overshoot->step);
     if (claim.settling) settling_of_ = values_of(claim.settling->step);
   }
@@ -115,6 +115,9 @@ class StatisticsJudge final : public Judge {
     } else if (!has_step) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and the signal begins at the final value, so there is no step";
+    } else if (claim_.overshoot && !reaches_step()) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += ", and the signal did not reach 90 % of the step, so it can not overshoot";
     }
     return result;
   }
@@ -147,6 +150,7 @@ class StatisticsJudge final : public Judge {
     }
     return largest_;
   }
+  bool reaches_step() const { return excess_ >= -0.1 * std::abs(overshoot_of_.size()); }
   double overshoot() const { return std::max(0.0, excess_) / std::abs(overshoot_of_.size()); }
   /// Of a signal that is outside at the end: at least to the end.
   std::int64_t settling_ns(const Extent& extent) const {

@@ -28,8 +28,9 @@ class TracksJudge final : public Judge {
         shift_ticks_(claim.max_shift_ns / period_ns_),
         begin_ns_(claim.reference->begin_ns() + shift_ticks_ * period_ns_),
         end_ns_(claim.reference->end_ns() - shift_ticks_ * period_ns_),
+        at_least_(claim.at_least),
         reference_(*claim.reference),
-        coverage_({signal_}, context.table, context.expectation.coverage),
+        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage),
         values_(static_cast<std::size_t>(2 * shift_ticks_ + 1)),
         fits_(values_.size()) {
     reference_.rewind();
@@ -89,15 +90,14 @@ class TracksJudge final : public Judge {
     } else if (!shortfall.empty()) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and " + shortfall;
-    } else if (result.evaluated_ticks < min_compared) {
+    } else if (result.evaluated_ticks < at_least_) {
       result.result = report::ExpectationResult::not_checked;
-      result.detail += "; at least " + std::to_string(min_compared) + " are required";
+      result.detail += "; at least " + std::to_string(at_least_) + " are required (at_least)";
     }
     return result;
   }
 
  private:
-  static constexpr std::uint64_t min_compared = 2;  ///< one value is no curve
   std::string compared(std::uint64_t instants) const {
     const auto at = [](std::int64_t time_ns) { return report::to_ascii(report::chosen_time(time_ns)); };
     if (instants == 1) return "1 instant was compared, at " + at(*first_compared_ns_);
@@ -145,6 +145,7 @@ class TracksJudge final : public Judge {
   const double tolerance_;
   const std::int64_t period_ns_, shift_ticks_;
   const std::int64_t begin_ns_, end_ns_;  ///< of what is judged
+  const std::uint64_t at_least_;
   signals::CsvProfile reference_;
   Coverage coverage_;
   std::vector<double> values_;  ///< of the reference, a ring by tick
@@ -167,6 +168,10 @@ config::Schema tracks_schema(std::span<const config::BusSectionType> /*buses*/) 
       Field::optional("after_shift", config::duration_schema(0.0),
                       "The longest time by which the signal may be later or earlier than the reference, "
                       "always the same. Left out: none."),
+      Field::with_default(
+          "at_least", Schema::integer(2, 1'000'000'000), "20",
+          "The least number of instants that have to be compared. With fewer, the expectation "
+          "is not checked."),
   });
 }
 
@@ -190,9 +195,9 @@ std::shared_ptr<const config::Claim> read_tracks(const config::Value& entry,
     }
   }
   if (!tolerance || !reference) return nullptr;
-  return claim_of(Tracks{config::word_of(value["signal"]),
-                         std::make_shared<const signals::CsvProfile>(std::move(*reference)), place,
-                         std::move(*tolerance), shift_ns});
+  return claim_of(Tracks{
+      config::word_of(value["signal"]), std::make_shared<const signals::CsvProfile>(std::move(*reference)),
+      place, std::move(*tolerance), shift_ns, static_cast<std::uint64_t>(value["at_least"].integer())});
 }
 
 }  // namespace

@@ -26,6 +26,7 @@ struct Tracks {
   config::Place reference_place;
   config::Expression tolerance;
   std::int64_t max_shift_ns = 0;
+  std::uint64_t at_least = 20;  ///< with fewer compared instants, not checked
 };
 
 void check_claim(const Tracks& claim, const ClaimCheck& check);

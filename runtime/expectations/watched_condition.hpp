@@ -29,9 +29,9 @@ class WatchedCondition {
     config::require(expression_.has_value(), "a condition that wire() has checked");
   }
 
-  /// Once a tick.
-  Truth truth(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-    const double result = expression_->evaluate(table, time_ns, signals::Unpublished::unknown);
+  /// Once at each instant.
+  Truth truth(const signals::SignalTable& table, signals::Instant instant) noexcept {
+    const double result = expression_->evaluate(table, instant, signals::Unpublished::unknown);
     became_true_ = result == 1.0 && last_known_ != Truth::yes;
     if (std::isnan(result)) return Truth::unknown;
     return last_known_ = result != 0.0 ? Truth::yes : Truth::no;

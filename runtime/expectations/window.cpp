@@ -27,13 +27,7 @@ class WindowedJudge final : public Judge {
 
   void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
              std::int64_t time_ns) noexcept override {
-    const bool starts = !after_ || after_->truth(table, time_ns) == Truth::yes;
-    const bool ends = until_ && until_->truth(table, time_ns) == Truth::yes;
-    const bool was_open = opened_ns_.has_value();
-    const bool is_past = to_ns_ && time_ns > *to_ns_;
-    if (!was_open && starts && time_ns >= from_ns_ && !is_past) opened_ns_ = time_ns;
-    if (opened_ns_ && !closed_ns_ && (is_past || (was_open && ends))) closed_ns_ = time_ns;
-    is_open_ = opened_ns_ && !closed_ns_;
+    move_to(table, {.time_ns = time_ns});
     if (is_open_)
       judge_->check(table, arrived, time_ns);
     else
@@ -42,6 +36,13 @@ class WindowedJudge final : public Judge {
   void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
             std::int64_t time_ns) noexcept override {
     judge_->skip(table, arrived, time_ns);
+  }
+  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
+    move_to(table, {.time_ns = time_ns, .is_tick = false});
+    if (is_open_)
+      judge_->check_frame(table, time_ns);
+    else
+      judge_->skip_frame(table, time_ns);
   }
 
   bool judged_in_last_check() const noexcept override { return is_open_ && judge_->judged_in_last_check(); }
@@ -55,6 +56,11 @@ class WindowedJudge final : public Judge {
     report::Expectation result = judge_->result(inside);
     result.detail +=
         "; in the window from " + window_instant(*opened_ns_) + " to " + window_instant(inside.end_ns);
+    const bool is_cut = to_ns_ && !closed_ns_ && extent.end_ns < *to_ns_;
+    if (is_cut && result.result == report::ExpectationResult::held) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += ", and the run ended before the end of the window at " + window_instant(*to_ns_);
+    }
     return result;
   }
   std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override {
@@ -62,6 +68,16 @@ class WindowedJudge final : public Judge {
   }
 
  private:
+  void move_to(const signals::SignalTable& table, signals::Instant instant) noexcept {
+    const std::int64_t time_ns = instant.time_ns;
+    const bool starts = !after_ || after_->truth(table, instant) == Truth::yes;
+    const bool ends = until_ && until_->truth(table, instant) == Truth::yes;
+    const bool was_open = opened_ns_.has_value();
+    const bool is_past = to_ns_ && time_ns > *to_ns_;
+    if (!was_open && starts && time_ns >= from_ns_ && !is_past) opened_ns_ = time_ns;
+    if (opened_ns_ && !closed_ns_ && (is_past || (was_open && ends))) closed_ns_ = time_ns;
+    is_open_ = opened_ns_ && !closed_ns_;
+  }
   static expression::CompileOptions with_seed(const JudgeContext& context, std::uint64_t number) {
     return {.period_ns = context.options.period_ns, .seed = context.options.seed ^ (number << 32)};
   }
@@ -98,7 +114,7 @@ class WindowedJudge final : public Judge {
   const std::optional<std::int64_t> to_ns_;
   std::optional<WatchedCondition> after_, until_;
   std::optional<std::int64_t> opened_ns_, closed_ns_;
-  bool is_open_ = false;  ///< on the last tick
+  bool is_open_ = false;  ///< at the last instant
 };
 
 }  // namespace

@@ -217,6 +217,13 @@ void each_field(T& process, Visit&& visit) {
   visit("ended_early_at_ns", process.ended_early_at_ns);
 }
 
+template <Is<NotEvaluated> T, class Visit>
+void each_field(T& interval, Visit&& visit) {
+  visit("begin_ns", interval.begin_ns);
+  visit("end_ns", interval.end_ns);
+  visit("signals", interval.signals);
+}
+
 template <Is<Expectation> T, class Visit>
 void each_field(T& expectation, Visit&& visit) {
   visit("name", expectation.name);
@@ -233,6 +240,7 @@ void each_field(T& expectation, Visit&& visit) {
   visit("margin", expectation.margin);
   visit("margin_unit", expectation.margin_unit);
   visit("worst_ns", expectation.worst_ns);
+  visit("not_evaluated", expectation.not_evaluated);
 }
 
 template <Is<Loss> T, class Visit>

@@ -266,6 +266,12 @@ enum class ExpectationResult : std::uint8_t {
   not_checked,  ///< too little of the run could be evaluated
 };
 
+/// Ticks in succession on which an expectation was not evaluated.
+struct NotEvaluated {
+  std::int64_t begin_ns = 0, end_ns = 0;  ///< the first and the last of these ticks
+  std::vector<std::string> signals;       ///< that were unknown
+};
+
 struct Expectation {
   std::string name;
   ExpectationResult result = ExpectationResult::not_checked;
@@ -277,7 +283,8 @@ struct Expectation {
   /// By how much it is held; negative: by how much it failed. NaN: not known.
   double margin = std::numeric_limits<double>::quiet_NaN();
   std::string margin_unit{};
-  std::optional<std::int64_t> worst_ns{};  ///< the instant at which the margin was least
+  std::optional<std::int64_t> worst_ns{};     ///< the instant at which the margin was least
+  std::vector<NotEvaluated> not_evaluated{};  ///< the first such intervals
 };
 
 /// A bus or a process that was lost for longer than its time-out.

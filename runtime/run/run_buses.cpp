@@ -53,13 +53,10 @@ void RunBuses::make_devices(recording::Recorder* recorder) {
 }
 
 void RunBuses::keep_judged_arrivals(RunningBus& bus) {
-  const std::vector<signals::SignalId>& inputs = bus.wired->links.inputs;
   for (const config::Expectation& expectation : context_.scenario.expectations) {
-    for (const signals::SignalId signal : expectations::sampled_signals(expectation, wiring_.signals)) {
-      const auto input = std::find(inputs.begin(), inputs.end(), signal);
-      if (input == inputs.end()) continue;
-      arrivals_.keep(bus.device->device(), static_cast<std::size_t>(input - inputs.begin()), signal);
-    }
+    auto sampled = expectations::sampled_signals(expectation, wiring_.signals);
+    for (const signals::SignalId signal : wiring_.variables.with_sources(std::move(sampled)))
+      arrivals_.keep(bus.device->device(), bus.wired->links, signal);
   }
 }
 

@@ -68,12 +68,43 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
   }
 }
 
+void RunVariables::update(Variable& variable, signals::SignalTable& table,
+                          signals::Instant instant) noexcept {
+  const double value = variable.expression.evaluate(table, instant, signals::Unpublished::unknown);
+  const std::int64_t written_ns = variable.expression.written_ns();
+  table.write(variable.signal, value, std::clamp(written_ns, std::int64_t{0}, instant.time_ns));
+}
+
 void RunVariables::update(signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  for (Variable& variable : variables_) {
-    const double value = variable.expression.evaluate(table, time_ns, signals::Unpublished::unknown);
-    table.write(variable.signal, value,
-                std::clamp(variable.expression.written_ns(), std::int64_t{0}, time_ns));
+  for (Variable& variable : variables_)
+    update(variable, table, {.time_ns = time_ns});
+}
+
+void RunVariables::update_at_frame(signals::SignalTable& table, std::int64_t time_ns,
+                                   std::span<const std::uint32_t> numbers) noexcept {
+  for (const std::uint32_t number : numbers)
+    update(variables_[number], table, {.time_ns = time_ns, .is_tick = false});
+}
+
+std::vector<std::uint32_t> RunVariables::numbers_reading(std::span<const signals::SignalId> signals) const {
+  std::vector<signals::SignalId> changing(signals.begin(), signals.end());
+  std::vector<std::uint32_t> numbers;
+  for (std::uint32_t number = 0; number < variables_.size(); ++number) {
+    const std::vector<signals::SignalId>& read = variables_[number].expression.signals();
+    if (std::ranges::find_first_of(read, changing) == read.end()) continue;
+    numbers.push_back(number);
+    changing.push_back(variables_[number].signal);
   }
+  return numbers;
+}
+
+std::vector<signals::SignalId> RunVariables::with_sources(std::vector<signals::SignalId> signals) const {
+  for (auto variable = variables_.rbegin(); variable != variables_.rend(); ++variable) {
+    if (std::ranges::find(signals, variable->signal) == signals.end()) continue;
+    for (const signals::SignalId source : variable->expression.signals())
+      if (std::ranges::find(signals, source) == signals.end()) signals.push_back(source);
+  }
+  return signals;
 }
 
 }  // namespace hil::run

@@ -6,16 +6,18 @@
 // blocks.
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
+#include "runtime/expectations/judges.hpp"
 #include "runtime/signals/known_signals.hpp"
 #include "runtime/signals/signal_expression.hpp"
 
 namespace hil::run {
 
-class RunVariables {
+class RunVariables final : public expectations::ComputedSignals {
  public:
   /// Adds the signals, whose initial values are those before the first tick. Adds the mistakes of all
   /// expressions. After all other signals are declared.
@@ -24,6 +26,10 @@ class RunVariables {
 
   /// At the end of a tick.
   void update(signals::SignalTable& table, std::int64_t time_ns) noexcept;
+  void update_at_frame(signals::SignalTable& table, std::int64_t time_ns,
+                       std::span<const std::uint32_t> numbers) noexcept override;
+  std::vector<std::uint32_t> numbers_reading(std::span<const signals::SignalId> signals) const override;
+  std::vector<signals::SignalId> with_sources(std::vector<signals::SignalId> signals) const override;
 
   struct Variable {
     signals::SignalId signal;
@@ -33,6 +39,8 @@ class RunVariables {
   const std::vector<Variable>& all() const noexcept { return variables_; }
 
  private:
+  void update(Variable& variable, signals::SignalTable& table, signals::Instant instant) noexcept;
+
   std::vector<Variable> variables_;
 };
 

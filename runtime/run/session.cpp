@@ -97,8 +97,9 @@ class LiveSession final : public executive::TickHooks {
   }
   void end_tick(const executive::TickInfo& tick) noexcept override {
     wiring_.faults.end_tick(tick.time_ns);
+    judges_->check_frames(tick.time_ns);
     wiring_.variables.update(wiring_.signals, tick.time_ns);
-    judges_->check(wiring_.signals, arrivals_.collect(), tick.time_ns);
+    judges_->check(wiring_.signals, tick.time_ns);
     plots_->take(wiring_.signals, tick.time_ns);
     if (recorder_) recorder_->take(wiring_.signals, tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
@@ -154,7 +155,7 @@ void LiveSession::open() {
   start_remaining_devices();
   fault_switches_.emplace(wiring_, buses_, *processes_, world_->tasks());
   wiring_.faults.open(wiring_.signals, world_->events(), fault_switches_->by_fault());
-  judges_.emplace(scenario_, wiring_.signals, arrivals_);
+  judges_.emplace(scenario_, wiring_.signals, arrivals_, wiring_.variables);
   plots_.emplace(scenario_, wiring_.signals);
   signal_log_ = std::make_unique<SignalLog>(context_.options.directory / "signals.csv", wiring_.signals,
                                             context_.is_virtual);

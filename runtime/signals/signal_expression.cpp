@@ -49,11 +49,11 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
   return compile(expression, SignalScope(expression, table), wanted, options, diagnostics);
 }
 
-double SignalExpression::evaluate(const SignalTable& table, std::int64_t time_ns,
+double SignalExpression::evaluate(const SignalTable& table, Instant instant,
                                   Unpublished unpublished) noexcept {
-  const double time_s = static_cast<double>(time_ns) / 1e9;
+  const double time_s = static_cast<double>(instant.time_ns) / 1e9;
   sample(table, signals_, unpublished, time_s, values_, written_s_);
-  return program_.evaluate(values_, expression::Step{.time_s = time_s, .written_s = written_s_});
+  return program_.evaluate(values_, {.time_s = time_s, .written_s = written_s_, .is_tick = instant.is_tick});
 }
 
 std::int64_t SignalExpression::written_ns() const noexcept {

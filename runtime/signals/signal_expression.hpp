@@ -34,7 +34,10 @@ class SignalExpression {
                                                  config::Diagnostics& diagnostics);
 
   /// NaN: unknown. Advances functions with a memory.
-  double evaluate(const SignalTable& table, std::int64_t time_ns, Unpublished unpublished) noexcept;
+  double evaluate(const SignalTable& table, Instant instant, Unpublished unpublished) noexcept;
+  double evaluate(const SignalTable& table, std::int64_t time_ns, Unpublished unpublished) noexcept {
+    return evaluate(table, Instant{.time_ns = time_ns}, unpublished);
+  }
   /// Run time of the newest written value on which the latest result depends.
   std::int64_t written_ns() const noexcept;
 

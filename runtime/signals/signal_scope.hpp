@@ -40,6 +40,12 @@ class SignalScope final : public expression::Scope {
 /// Whether an output has its initial value until its task has published it, or is unknown.
 enum class Unpublished : std::uint8_t { initial_value, unknown };
 
+/// When an expression is evaluated.
+struct Instant {
+  std::int64_t time_ns = 0;
+  bool is_tick = true;  ///< false: a frame that came before the tick
+};
+
 /// Writes the values of the signals, and the run times at which they were written, in seconds. A signal that
 /// is not known has the value NaN, written at `time_s`. All spans have one size.
 void sample(const SignalTable& table, std::span<const SignalId> signals, Unpublished unpublished,

@@ -37,6 +37,13 @@ std::vector<ReadObserver*> SignalTable::read_observers(std::span<const SignalId>
   return all;
 }
 
+SignalTable SignalTable::copy() const {
+  SignalTable table = *this;
+  table.followers_.clear();
+  table.read_observers_.clear();
+  return table;
+}
+
 std::vector<std::string> SignalTable::names() const {
   std::vector<std::string> names;
   names.reserve(infos_.size());

@@ -5,6 +5,7 @@
 // Threads: one thread configures. Only the base thread reads and writes values; tasks on other threads use
 // copies that the executive latches and publishes for them (executive/task.hpp).
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -118,6 +119,13 @@ class SignalTable {
   }
   /// The observers of these signals, each once. Allocates.
   std::vector<ReadObserver*> read_observers(std::span<const SignalId> ids) const;
+
+  /// A table of the same signals and values. Nothing follows or observes it.
+  SignalTable copy() const;
+  /// Takes the values of a table with the same signals.
+  void copy_values(const SignalTable& from) noexcept {
+    std::copy(from.values_.begin(), from.values_.end(), values_.begin());
+  }
 
   /// All values, in the order in which the signals were added: for recording and comparing.
   std::span<const SignalValue> values() const noexcept { return values_; }

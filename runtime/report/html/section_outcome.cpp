@@ -100,6 +100,24 @@ void degraded_section(Markup& out, const RunRecord& record) {
   out.close().close();
 }
 
+void not_evaluated_table(Markup& out, const RunRecord& record) {
+  const bool is_needed = std::ranges::any_of(
+      record.expectations, [](const Expectation& expectation) { return !expectation.not_evaluated.empty(); });
+  if (!is_needed) return;
+  out.element("h3", "Not evaluated");
+  Table table(out, {{"Expectation"}, {"From", true}, {"To", true}, {"Unknown signals"}});
+  for (const Expectation& expectation : record.expectations) {
+    for (const NotEvaluated& interval : expectation.not_evaluated) {
+      std::string signals;
+      for (const std::string& signal : interval.signals)
+        signals += (signals.empty() ? "" : ", ") + signal;
+      table.row({expectation.name, instant(interval.begin_ns), instant(interval.end_ns),
+                 signals.empty() ? "none: a function had no known result" : signals});
+    }
+  }
+  table.end();
+}
+
 void expectations_section(Markup& out, const RunRecord& record) {
   out.element("h2", "Expectations");
   out.open("div", {{"class", "card"}});
@@ -126,6 +144,7 @@ void expectations_section(Markup& out, const RunRecord& record) {
                  expectation.first_failure_ns ? instant(*expectation.first_failure_ns) : std::string(dash)});
     }
     table.end();
+    not_evaluated_table(out, record);
   }
   out.close();
 }
