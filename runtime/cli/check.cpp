@@ -98,7 +98,7 @@ std::string signal_list(const run::Wiring& wiring) {
 void add_check(CLI::App& app, int& exit_code) {
   struct Arguments {
     std::string scenario;
-    std::vector<std::string> overrides;
+    std::vector<std::string> overrides, additions;
     bool lists_signals = false;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -109,10 +109,14 @@ void add_check(CLI::App& app, int& exit_code) {
       ->add_option("--set", arguments->overrides,
                    "change a value of the scenario: path=value; may be repeated")
       ->take_all();
+  command
+      ->add_option("--add", arguments->additions,
+                   "the same, with a name that only the scenario defines: path=value; may be repeated")
+      ->take_all();
   command->add_flag("--signals", arguments->lists_signals,
                     "list all signals with their units, writers and readers");
   command->callback([arguments, &exit_code] {
-    const auto loaded = load(arguments->scenario, arguments->overrides);
+    const auto loaded = load(arguments->scenario, with_additions(arguments->additions, arguments->overrides));
     exit_code = loaded ? run::exit_passed : run::exit_bad_config;
     if (!loaded) return;
     const std::string warnings =

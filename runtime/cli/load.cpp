@@ -4,6 +4,15 @@
 
 namespace hil::cli {
 
+std::vector<std::string> with_additions(const std::vector<std::string>& additions,
+                                        const std::vector<std::string>& overrides) {
+  std::vector<std::string> all;
+  for (const std::string& addition : additions)
+    all.push_back("+" + addition);
+  all.insert(all.end(), overrides.begin(), overrides.end());
+  return all;
+}
+
 std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides) {
   config::Diagnostics diagnostics;
   auto scenario = config::load_scenario_to_wire(file, overrides, run::scenario_types(), diagnostics);

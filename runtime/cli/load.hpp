@@ -21,4 +21,8 @@ struct Loaded {
 /// Empty when there was a mistake; all mistakes have then been printed.
 std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides);
 
+/// The overrides of --add, then those of --set (config/overrides.hpp).
+std::vector<std::string> with_additions(const std::vector<std::string>& additions,
+                                        const std::vector<std::string>& overrides);
+
 }  // namespace hil::cli

@@ -50,15 +50,15 @@ void catch_signals() {
 
 struct Arguments {
   std::string scenario;
-  std::vector<std::string> overrides;
+  std::vector<std::string> overrides, additions;
   std::string duration, clock, seed, directory;
   std::optional<std::string> fail_on;
   bool verbose = false;
 };
 
-/// The overrides of --set, then those of --duration, --clock and --seed.
+/// The overrides of --add and --set, then those of --duration, --clock and --seed.
 std::vector<std::string> all_overrides(const Arguments& arguments, bool seed_given) {
-  std::vector<std::string> overrides = arguments.overrides;
+  std::vector<std::string> overrides = with_additions(arguments.additions, arguments.overrides);
   if (!arguments.duration.empty()) overrides.push_back("duration=" + arguments.duration);
   if (!arguments.clock.empty()) overrides.push_back("clock=" + arguments.clock);
   if (seed_given) overrides.push_back("seed=" + arguments.seed);
@@ -241,6 +241,10 @@ void add_run(CLI::App& app, int& exit_code) {
   command
       ->add_option("--set", arguments->overrides,
                    "change a value of the scenario: path=value; may be repeated")
+      ->take_all();
+  command
+      ->add_option("--add", arguments->additions,
+                   "the same, with a name that only the scenario defines: path=value; may be repeated")
       ->take_all();
   command->add_option("--fail-on", arguments->fail_on, "exit with 3 when this condition holds: 'misses > 0'");
   command->add_flag("--verbose,-v", arguments->verbose, "print run.log to stderr too");

@@ -34,8 +34,8 @@ std::optional<TreeNode> take(TreeNode& mapping, const std::string& key) {
 
 class Including {
  public:
-  Including(const Schema& schema, std::span<const BusSectionType> buses, Diagnostics& diagnostics)
-      : schema_(schema), buses_(buses), diagnostics_(diagnostics) {}
+  Including(const Schema& schema, const ScenarioTypes& types, Diagnostics& diagnostics)
+      : schema_(schema), types_(types), diagnostics_(diagnostics) {}
 
   std::optional<TreeNode> build(const std::string& path, const std::shared_ptr<const SourceText>& source) {
     std::error_code error;
@@ -45,11 +45,13 @@ class Including {
     if (!tree || tree->shape != NodeShape::mapping) return tree;
     const std::optional<TreeNode> files = take(*tree, "include");
     const std::optional<TreeNode> settings = take(*tree, "set");
+    const std::optional<TreeNode> additions = take(*tree, "add");
     const std::size_t before = diagnostics_.count();
     if (files) include(*files, *tree);
     // Without a file the rest has mistakes that are none.
     if (diagnostics_.count() != before) return std::nullopt;
-    if (settings) apply_settings(*tree, schema_, *settings, buses_, diagnostics_);
+    if (additions) apply_settings(*tree, schema_, *additions, SettingsKey::add, types_, diagnostics_);
+    if (settings) apply_settings(*tree, schema_, *settings, SettingsKey::set, types_, diagnostics_);
     return tree;
   }
 
@@ -148,7 +150,7 @@ class Including {
   }
 
   const Schema& schema_;
-  const std::span<const BusSectionType> buses_;
+  const ScenarioTypes& types_;
   Diagnostics& diagnostics_;
   std::map<std::string, std::string> included_;  ///< names by their canonical paths
 };
@@ -157,9 +159,9 @@ class Including {
 
 std::optional<TreeNode> build_tree_with_includes(const std::string& path,
                                                  const std::shared_ptr<const SourceText>& source,
-                                                 const Schema& schema, std::span<const BusSectionType> buses,
+                                                 const Schema& schema, const ScenarioTypes& types,
                                                  Diagnostics& diagnostics) {
-  return Including(schema, buses, diagnostics).build(path, source);
+  return Including(schema, types, diagnostics).build(path, source);
 }
 
 }  // namespace hil::config

@@ -28,12 +28,12 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   const std::shared_ptr<const SourceText> source = read_source(path, diagnostics);
   if (!source) return std::nullopt;
   const Schema schema = scenario_schema(types);
-  std::optional<TreeNode> tree = build_tree_with_includes(path, source, schema, types.buses, diagnostics);
+  std::optional<TreeNode> tree = build_tree_with_includes(path, source, schema, types, diagnostics);
   if (!tree) return std::nullopt;
-  apply_overrides(*tree, schema, overrides, types.buses, diagnostics);
+  apply_overrides(*tree, schema, overrides, types, diagnostics);
   bool sound = diagnostics.count() == mistakes_before;
-  for (const char* const key : {"include", "set"}) {
-    // Both are applied before the overrides.
+  for (const char* const key : {"include", "set", "add"}) {
+    // All are applied before the overrides.
     if (const TreeNode* late = tree->find(key))
       diagnostics.add(late->place(), std::string("'") + key + "' can not be set on the command line");
   }

@@ -56,12 +56,13 @@ std::vector<std::string> words_of(const TreeNode& item, const std::vector<std::s
 /// One path with its value: walks its path down the tree and sets the value.
 class Override {
  public:
-  Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps,
-           std::span<const BusSectionType> buses, Diagnostics& diagnostics)
+  Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps, bool may_add,
+           const ScenarioTypes& types, Diagnostics& diagnostics)
       : source_(std::move(source)),
         steps_(std::move(steps)),
-        buses_(buses),
-        name_keys_(name_keys_of(buses)),
+        may_add_(may_add),
+        types_(types),
+        name_keys_(name_keys_of(types.buses)),
         diagnostics_(diagnostics) {}
 
   void apply(TreeNode& root, const Schema& schema, TreeNode value) {
@@ -93,6 +94,15 @@ class Override {
                                           : "; did you mean " + in_quotes(path + near) + "?"));
   }
 
+  TreeNode* refuse_new_name(std::size_t step, const std::vector<std::string>& known) {
+    const std::string path = prefix(step);
+    const std::string near = nearest(steps_[step].word, known);
+    return refuse(
+        step, "there is no " + in_quotes(path + steps_[step].word) +
+                  (near.empty() ? suggestion(steps_[step].word, known) + "; '--add' or 'add' adds a new name"
+                                : "; did you mean " + in_quotes(path + near) + "?"));
+  }
+
   TreeNode* refuse_renamed(std::size_t step, const std::string& new_name) {
     const std::string path = prefix(step);
     return refuse(step, "there is no " + in_quotes(path + steps_[step].word) + "; it was renamed to " +
@@ -103,11 +113,11 @@ class Override {
   TreeNode* refuse_missing_list(std::size_t list) {
     const std::string& entry = steps_[list + 1].word;
     const std::string path = prefix(list) + steps_[list].word;
-    const auto type = std::find_if(buses_.begin(), buses_.end(), [&](const BusSectionType& known) {
-      return list == 0 && known.key == steps_[list].word;
-    });
+    const auto type = std::find_if(
+        types_.buses.begin(), types_.buses.end(),
+        [&](const BusSectionType& known) { return list == 0 && known.key == steps_[list].word; });
     const std::string missing =
-        type != buses_.end() ? type->noun + " " + in_quotes(entry) : in_quotes(path + "." + entry);
+        type != types_.buses.end() ? type->noun + " " + in_quotes(entry) : in_quotes(path + "." + entry);
     return refuse(list + 1, "there is no " + missing + ", since the file has no list " + in_quotes(path));
   }
 
@@ -194,9 +204,11 @@ class Override {
       const std::string new_name = new_name_of(mapping, *rules, word);
       if (schema == nullptr && !new_name.empty()) return refuse_renamed(step, new_name);
       if (std::find(known.begin(), known.end(), word) == known.end()) return refuse_unknown(step, known);
+      if (schema != nullptr && schema->node().kind == Kind::any) schema = schema_of_parameters(mapping);
     } else if (rules != nullptr && rules->kind == Kind::map) {
       schema = &*rules->item;
-      if (!is_written && (!is_last || rules->keys_are_in_file)) return refuse_unknown(step, known);
+      const bool may_be_new = may_add_ || (is_last && rules->keys_are_checked);
+      if (!is_written && !may_be_new) return refuse_new_name(step, known);
     } else {
       schema = nullptr;
     }
@@ -208,6 +220,14 @@ class Override {
     TreeNode* const value = mapping.find(word);
     if (value->shape == NodeShape::nothing && !is_last) *value = make(NodeShape::mapping, step);
     return value;
+  }
+
+  /// Of a task: by its type. Null: not known.
+  const Schema* schema_of_parameters(const TreeNode& task) const {
+    const TreeNode* const type = task.find("type");
+    if (type == nullptr) return nullptr;
+    const auto found = types_.modules.find(type->scalar);
+    return found == types_.modules.end() ? nullptr : &found->second;
   }
 
   TreeNode key_node(std::size_t step) const {
@@ -246,14 +266,15 @@ class Override {
 
   std::shared_ptr<const SourceText> source_;
   std::vector<Step> steps_;
-  std::span<const BusSectionType> buses_;
+  const bool may_add_;
+  const ScenarioTypes& types_;
   std::vector<std::string> name_keys_;
   Diagnostics& diagnostics_;
 };
 
-void set_value(TreeNode& root, const Schema& schema, const std::string& path,
+void set_value(TreeNode& root, const Schema& schema, const std::string& path, bool may_add,
                const std::shared_ptr<const SourceText>& source, std::size_t offset, TreeNode value,
-               std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
+               const ScenarioTypes& types, Diagnostics& diagnostics) {
   std::vector<Step> steps = split(path, offset);
   for (const Step& step : steps) {
     if (!step.word.empty()) continue;
@@ -261,35 +282,39 @@ void set_value(TreeNode& root, const Schema& schema, const std::string& path,
                     "a word is missing in the path " + in_quotes(path));
     return;
   }
-  Override(source, std::move(steps), buses, diagnostics).apply(root, schema, std::move(value));
+  Override(source, std::move(steps), may_add, types, diagnostics).apply(root, schema, std::move(value));
 }
 
 void apply_override(TreeNode& root, const Schema& schema, const std::string& option,
-                    std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
+                    const ScenarioTypes& types, Diagnostics& diagnostics) {
   const std::size_t equals = option.find('=');
   if (equals == std::string::npos) {
     diagnostics.add({"--set " + option, 1, 1}, "expected path=value, as in dut.enabled=false");
     return;
   }
-  const std::string path = option.substr(0, equals);
-  const auto source = source_of_text("--set " + path, option, diagnostics);
+  const bool may_add = option.starts_with('+');
+  const std::size_t begin = may_add ? 1 : 0;
+  const std::string path = option.substr(begin, equals - begin);
+  const auto source =
+      source_of_text((may_add ? "--add " : "--set ") + path, option.substr(begin), diagnostics);
   if (!source) return;
-  std::optional<TreeNode> value = build_tree_from(source, equals + 1, diagnostics);
-  if (value) set_value(root, schema, path, source, 0, std::move(*value), buses, diagnostics);
+  std::optional<TreeNode> value = build_tree_from(source, path.size() + 1, diagnostics);
+  if (value) set_value(root, schema, path, may_add, source, 0, std::move(*value), types, diagnostics);
 }
 
 }  // namespace
 
 void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
-                     std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
+                     const ScenarioTypes& types, Diagnostics& diagnostics) {
   std::map<std::string, std::string> values;
   for (const std::string& option : overrides) {
     const std::size_t equals = std::min(option.find('='), option.size());
-    const std::string path = option.substr(0, equals);
+    const std::size_t begin = option.starts_with('+') ? 1 : 0;
+    const std::string path = option.substr(begin, equals - std::min(begin, equals));
     const std::string value = option.substr(std::min(equals + 1, option.size()));
     const auto [first, is_new] = values.emplace(path, value);
     if (is_new) {
-      apply_override(root, schema, option, buses, diagnostics);
+      apply_override(root, schema, option, types, diagnostics);
     } else {
       diagnostics.add({"--set " + path, 1, 1}, in_quotes(path) +
                                                    " is set twice: " + in_quotes(first->second) + " and " +
@@ -298,17 +323,19 @@ void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::
   }
 }
 
-void apply_settings(TreeNode& root, const Schema& schema, const TreeNode& settings,
-                    std::span<const BusSectionType> buses, Diagnostics& diagnostics) {
+void apply_settings(TreeNode& root, const Schema& schema, const TreeNode& settings, SettingsKey settings_key,
+                    const ScenarioTypes& types, Diagnostics& diagnostics) {
+  const bool may_add = settings_key == SettingsKey::add;
   if (settings.shape != NodeShape::mapping) {
-    diagnostics.add(settings.place(), "'set': expected paths with values, as {dut.enabled: false}");
+    diagnostics.add(settings.place(), std::string(may_add ? "'add'" : "'set'") +
+                                          ": expected paths with values, as {dut.enabled: false}");
     return;
   }
   for (const TreeEntry& entry : settings.entries) {
     const TreeNode& key = entry.key;
     const std::size_t quote = key.was_quoted ? 1 : 0;
-    set_value(root, schema, key.scalar, key.source, key.source->offset(key.position) + quote, entry.value,
-              buses, diagnostics);
+    set_value(root, schema, key.scalar, may_add, key.source, key.source->offset(key.position) + quote,
+              entry.value, types, diagnostics);
   }
 }
 

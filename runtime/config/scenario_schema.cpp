@@ -284,7 +284,7 @@ Schema task_schema() {
                       "The name of the thread that runs the task; tasks with the same name share it. Left "
                       "out: the base thread."),
       Field::with_default("parameters", Schema::any(), "{}", "The parameters of the module type."),
-      Field::with_default("inputs", Schema::map(Schema::signal()), "{}",
+      Field::with_default("inputs", Schema::map_of_checked_names(Schema::signal()), "{}",
                           "The signal that feeds each input port."),
   });
 }
@@ -368,9 +368,12 @@ Schema scenario_schema(const ScenarioTypes& types) {
       Field::optional("set", Schema::map(Schema::any()),
                       "Paths with values, which change the included files as --set does: "
                       "{tasks.tank.rate: 100 Hz}."),
+      Field::optional(
+          "add", Schema::map(Schema::any()),
+          "The same, but names that only the scenario defines may be new, as an output of a block."),
       Field::with_default(
           "variables",
-          Schema::map_in_file(Schema::record_or(
+          Schema::map(Schema::record_or(
               "value",
               {
                   Field::needed("value", Schema::text(), "The expression."),

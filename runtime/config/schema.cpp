@@ -166,11 +166,11 @@ Schema Schema::map(Schema item) {
   return Schema(std::make_shared<const Node>(std::move(node)));
 }
 
-Schema Schema::map_in_file(Schema item) {
+Schema Schema::map_of_checked_names(Schema item) {
   Node node;
   node.kind = Kind::map;
   node.item = std::move(item);
-  node.keys_are_in_file = true;
+  node.keys_are_checked = true;
   return Schema(std::make_shared<const Node>(std::move(node)));
 }
 

@@ -85,8 +85,10 @@ class Schema {
   /// A record that may also be written as one scalar, which is then the value of `key`: "BrakeCommand" for
   /// {message: BrakeCommand}.
   static Schema record_or(std::string key, std::vector<Field> fields);
-  static Schema map(Schema item);          ///< keys are names that the user chooses
-  static Schema map_in_file(Schema item);  ///< the same, but --set adds no keys
+  /// Keys are names that the file defines, so --set adds none.
+  static Schema map(Schema item);
+  /// Keys are names that something else defines and checks, as the signals of a message: --set adds some.
+  static Schema map_of_checked_names(Schema item);
   /// A record whose other fields depend on the word under `key` ("type: vehicles").
   static Schema choice(std::string key, std::vector<std::pair<std::string, Schema>> alternatives);
   /// A record of which exactly one field of `alternatives` is present ({box: ...} or {file: ...}), next to

@@ -33,7 +33,7 @@ struct Schema::Node {
   std::size_t minimum_items = 0;
   std::size_t maximum_items = 0;
   std::optional<Schema> item;                                ///< list, map
-  bool keys_are_in_file = false;                             ///< map: --set adds none
+  bool keys_are_checked = false;                             ///< map: by something else, so --set adds some
   std::vector<SchemaField> fields;                           ///< record; exactly_one: the common ones
   std::vector<SchemaField> exclusive;                        ///< exactly_one: the alternatives
   std::string key;                                           ///< choice, record_or

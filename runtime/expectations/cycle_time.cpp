@@ -61,7 +61,7 @@ class CycleTimeJudge final : public Judge {
     if (arrivals_.lost() > 0) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += "; can not be judged, " + std::to_string(arrivals_.lost()) +
-                       " samples were lost between the bus and the tick";
+                       " frames were lost between the bus and the tick";
     } else if (figures.outside > 0) {
       result.result = report::ExpectationResult::failed;
     } else if (figures.count < claim_.at_least) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "runtime/config/shared_schemas.hpp"
+#include "runtime/expectations/window.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
@@ -34,6 +35,7 @@ config::Schema reaction_schema(std::span<const config::BusSectionType> /*buses*/
 std::shared_ptr<const config::Claim> read_reaction(const config::Value& entry,
                                                    const config::ClaimContext& context) {
   const config::Value& value = entry["reaction"];
+  check_within(value["within"], entry, context);
   auto when = config::Expression::parse(value["when"], context.diagnostics);
   auto then = config::Expression::parse(value["then"], context.diagnostics);
   if (!when || !then) return nullptr;

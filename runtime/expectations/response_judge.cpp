@@ -7,6 +7,7 @@
 
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
+#include "runtime/expectations/window.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
@@ -50,6 +51,7 @@ config::Schema response_schema(std::span<const config::BusSectionType> buses) {
 std::shared_ptr<const config::Claim> read_response(const config::Value& entry,
                                                    const config::ClaimContext& context) {
   const config::Value& value = entry["response"];
+  check_within(value["within"], entry, context);
   if (value["request"].text() == value["reply"].text()) {
     context.diagnostics.add(value["reply"].place(),
                             "'reply': " + config::in_quotes(value["reply"].text()) +
@@ -136,6 +138,7 @@ void ResponseJudge::take(const signals::SignalTable& table, std::span<const Arri
 
 void ResponseJudge::check(const signals::SignalTable& table, std::span<const Arrival> arrived,
                           std::int64_t time_ns) noexcept {
+  was_checked_ = true;
   take(table, arrived, true);
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
   // A request without a time-out may be rare: its absence does not reduce the coverage.
@@ -145,6 +148,7 @@ void ResponseJudge::check(const signals::SignalTable& table, std::span<const Arr
 
 void ResponseJudge::skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
                          std::int64_t time_ns) noexcept {
+  if (was_checked_) return;  // after the window
   take(table, arrived, false);
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
 }
@@ -184,7 +188,7 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
   }
   if (arrivals_.lost() > 0) {
     result.detail = claim + "can not be judged, " + std::to_string(arrivals_.lost()) +
-                    " samples were lost between the bus and the tick; without them " + seen;
+                    " frames were lost between the bus and the tick; without them " + seen;
   } else if (unanswered.judged > 0 || late_ > 0) {
     result.result = report::ExpectationResult::failed;
     result.detail = claim + seen;

@@ -101,6 +101,7 @@ class ResponseJudge final : public Judge {
   std::size_t first_ = 0, pending_count_ = 0;
   std::array<Known, 64> early_replies_;  // a ring; unused ones are older than any request
   std::size_t next_early_ = 0;
+  bool was_checked_ = false;  ///< a tick of the window
   std::uint64_t answered_ = 0, late_ = 0, unanswered_ = 0, unanswered_disconnected_ = 0;
   std::int64_t slowest_ns_ = 0, slowest_request_ns_ = 0;
   std::optional<std::int64_t> first_failure_ns_;

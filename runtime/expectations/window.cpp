@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "runtime/config/units.hpp"
 #include "runtime/expectations/watched_condition.hpp"
 #include "runtime/report/quantities.hpp"
 
@@ -118,6 +119,21 @@ class WindowedJudge final : public Judge {
 };
 
 }  // namespace
+
+void check_within(const config::Value& within, const config::Value& entry,
+                  const config::ClaimContext& context) {
+  const bool has_limits = entry.has("between");
+  std::int64_t available_ns = context.duration_ns;
+  if (has_limits) {
+    const std::vector<config::Value>& limits = entry["between"].items();
+    available_ns = limits[1].duration_ns() - limits[0].duration_ns();
+  }
+  if (available_ns <= 0 || within.duration_ns() < available_ns) return;
+  context.diagnostics.add(within.place(), "'within': " + config::format_duration(within.duration_ns()) +
+                                              " is as long as the " + (has_limits ? "window" : "run") +
+                                              ", which takes " + config::format_duration(available_ns) +
+                                              ", so nothing could be late");
+}
 
 std::unique_ptr<Judge> make_windowed_judge(std::unique_ptr<Judge> judge, const JudgeContext& context) {
   return std::make_unique<WindowedJudge>(std::move(judge), context);

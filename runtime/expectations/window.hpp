@@ -13,6 +13,11 @@
 
 namespace hil::expectations {
 
+/// Adds the mistake of a time `within` of an expectation that is as long as the run or as its window, so that
+/// nothing could be late. `entry`: the expectation.
+void check_within(const config::Value& within, const config::Value& entry,
+                  const config::ClaimContext& context);
+
 /// The expectation in `context` has a window.
 std::unique_ptr<Judge> make_windowed_judge(std::unique_ptr<Judge> judge, const JudgeContext& context);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "runtime/config/numbers.hpp"
@@ -35,8 +36,9 @@ class CallTyping {
     if (function->state_size > 0 && period_ns_ <= 0)
       return operands_.fail(
           i, in_quotes(node.word.text) + " needs steps of one period, which there are not here");
-    if (function->signature == "pid") return pid_type(i, *function);
-    return signature_type(i, *function);
+    const Type type = function->signature == "pid" ? pid_type(i, *function) : signature_type(i, *function);
+    if (type.kind == Type::Kind::invalid) return type;
+    return check_constants(i, *function) ? type : Type{};
   }
 
  private:
@@ -45,6 +47,28 @@ class CallTyping {
                                  std::to_string(operands_.node(i).parts.size()) +
                                  (operands_.node(i).parts.size() == 1 ? " argument" : " arguments") +
                                  ", but takes (" + std::string(function.arguments) + ")");
+  }
+
+  /// False with a mistake: no step could have a result.
+  bool check_constants(std::size_t i, const Function& function) {
+    std::vector<double> constants;
+    for (const std::uint32_t part : operands_.node(i).parts)
+      constants.push_back(operands_[part].constant.value_or(std::numeric_limits<double>::quiet_NaN()));
+    if (function.problem != nullptr) {
+      if (const std::string_view problem = function.problem(constants); !problem.empty()) {
+        operands_.fail(i, in_quotes(function.name) + ": " + std::string(problem));
+        return false;
+      }
+    }
+    const bool has_result = function.state_size > 0 || function.tells_known ||
+                            std::ranges::any_of(constants, [](double value) { return std::isnan(value); });
+    if (has_result) return true;
+    bool is_lower_bound = false;
+    const double result = function.value(
+        {.arguments = constants, .state = {}, .constants = {}, .is_lower_bound = is_lower_bound});
+    if (std::isfinite(result)) return true;
+    operands_.fail(i, in_quotes(function.name) + " has no value for these arguments");
+    return false;
   }
 
   Type signature_type(std::size_t i, const Function& function) {

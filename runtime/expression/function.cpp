@@ -337,6 +337,19 @@ double normal_noise(const Call& c) noexcept {
   return c.arguments[0] * radius * std::cos(2.0 * std::numbers::pi * next_uniform(c));
 }
 
+// Limits of constant arguments. A comparison with NaN is false.
+
+template <std::size_t low>
+std::string_view has_limits_in_order(std::span<const double> arguments) {
+  return arguments[low] > arguments[low + 1] ? "its low is above its high" : std::string_view();
+}
+std::string_view has_time_constant(std::span<const double> arguments) {
+  return arguments[1] < 0.0 ? "its time constant is below 0" : std::string_view();
+}
+std::string_view has_deviation(std::span<const double> arguments) {
+  return arguments[0] < 0.0 ? "its deviation is below 0" : std::string_view();
+}
+
 constexpr Function table[] = {
     {.name = "abs", .signature = "q:q", .value = absolute, .arguments = "x", .about = "The absolute value."},
     {.name = "min", .signature = "qq+:q", .value = least, .arguments = "x, y, ...", .about = "The smallest."},
@@ -348,6 +361,7 @@ constexpr Function table[] = {
     {.name = "clamp",
      .signature = "qqq:q",
      .value = clamped,
+     .problem = has_limits_in_order<1>,
      .arguments = "x, low, high",
      .about = "x, but at least low and at most high."},
     {.name = "sqrt", .signature = "r:R", .value = root, .arguments = "x", .about = "The square root."},
@@ -413,6 +427,7 @@ constexpr Function table[] = {
      .about = "x less the largest multiple of y that is not above it."},
     {.name = "known",
      .signature = "r:t",
+     .tells_known = true,
      .value = is_known,
      .arguments = "x",
      .about = "Whether the value is known: its signals are fresh."},
@@ -433,6 +448,7 @@ constexpr Function table[] = {
      .signature = "qs[q]:q",
      .state_size = 3,
      .value = lagged,
+     .problem = has_time_constant,
      .arguments = "x, time_constant, [initial]",
      .about = "Follows x as a first-order lag, from `initial`, or from its first value."},
     {.name = "rate_limit",
@@ -445,6 +461,7 @@ constexpr Function table[] = {
      .signature = "qqq:t",
      .state_size = 2,
      .value = hysteresis,
+     .problem = has_limits_in_order<1>,
      .arguments = "x, low, high",
      .about = "True from where x reaches high until it falls to low."},
     {.name = "rise",
@@ -506,6 +523,7 @@ constexpr Function table[] = {
      .signature = "pid",
      .state_size = 6,
      .value = pid,
+     .problem = has_limits_in_order<4>,
      .arguments = "error, kp, ki, kd, low, high",
      .about = "A controller's output between low and high, whose integral stops at them."},
     {.name = "uniform",
@@ -513,6 +531,7 @@ constexpr Function table[] = {
      .state_size = 1,
      .per_tick = true,
      .value = uniform_noise,
+     .problem = has_limits_in_order<0>,
      .arguments = "low, high",
      .about = "A new random value in [low, high) in each step, from the run's seed."},
     {.name = "noise",
@@ -520,6 +539,7 @@ constexpr Function table[] = {
      .state_size = 1,
      .per_tick = true,
      .value = normal_noise,
+     .problem = has_deviation,
      .arguments = "deviation",
      .about = "A new normally distributed value around 0 in each step, from the run's seed."},
 };

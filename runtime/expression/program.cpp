@@ -34,6 +34,10 @@ double Program::evaluate_between_steps(std::span<const double> values, double ti
   return run(values, Step{.time_s = time_s}, Advance::none);
 }
 
+double Program::value_in_all_steps(std::span<const double> values) noexcept {
+  return run(values, Step{.time_s = unknown_value}, Advance::unknown_results);
+}
+
 void Program::reset() noexcept {
   std::ranges::fill(state_, 0.0);
   std::ranges::fill(last_results_, Operand{});
@@ -143,6 +147,8 @@ Program::Operand Program::call(const Instruction& instruction, std::span<const O
                                const Step& step, double elapsed_s, Advance advance) noexcept {
   const Function& function = *instruction.function;
   const bool has_state = instruction.state_size > 0;
+  if (advance == Advance::unknown_results && (has_state || function.tells_known))
+    return {.value = unknown_value};
   if (has_state && (advance == Advance::none || (advance == Advance::all_but_per_tick && function.per_tick)))
     return last_results_[instruction.last_result];
   Operand result{.written_s = std::numeric_limits<double>::lowest()};
@@ -170,7 +176,7 @@ double Program::run(std::span<const double> values, const Step& step, Advance ad
   config::require(values.size() >= min_values_, "a value for each variable of the expression");
   constexpr double never_s = std::numeric_limits<double>::lowest();
   double elapsed_s = 0.0;
-  if (advance != Advance::none) {
+  if (advance == Advance::all_functions || advance == Advance::all_but_per_tick) {
     // Times are whole nanoseconds.
     if (last_time_s_) elapsed_s = std::round((step.time_s - *last_time_s_) * 1e9) / 1e9;
     last_time_s_ = step.time_s;

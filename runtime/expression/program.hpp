@@ -103,6 +103,9 @@ class Program {
   }
   /// The same, but functions with a state keep it and return what they returned in the step.
   double evaluate_between_steps(std::span<const double> values, double time_s) noexcept;
+  /// The result in every step, whatever is unknown: time, random numbers, the results of functions with a
+  /// memory and of known(), and the variables that are NaN in `values`. NaN: it depends on them.
+  double value_in_all_steps(std::span<const double> values) noexcept;
   /// As before the first step.
   void reset() noexcept;
   /// Run time of the newest written value on which the result of the last step depends.
@@ -146,7 +149,7 @@ class Program {
     double written_s = 0.0;       ///< run time at which the newest value that it depends on was written
     bool is_lower_bound = false;  ///< the value is at least this
   };
-  enum class Advance : std::uint8_t { all_functions, all_but_per_tick, none };
+  enum class Advance : std::uint8_t { all_functions, all_but_per_tick, none, unknown_results };
 
   /// The value; NaN of a lower bound.
   static double exact(const Operand& operand) noexcept;

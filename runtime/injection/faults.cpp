@@ -238,6 +238,8 @@ FaultEffect Faults::effect_of(const Fault& fault) const {
           .missing = !effect.was_read() ? "none of its readers took a value in that time" + readers
                      : !effect.replaced_by().empty()
                          ? "fault '" + std::string(effect.replaced_by()) + "' replaced what it did"
+                     : effect.was_unknown() && !effect.has_acted()
+                         ? "its value was unknown whenever its readers took one" + readers
                      : effect.has_acted()
                          ? "each value that its readers took in that time was the true one" + readers
                          : "it dropped none of the values that its readers took in that time" + readers};

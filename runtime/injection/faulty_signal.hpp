@@ -3,6 +3,7 @@
 //
 // Threads: made on the one that wires the run; the rest on the base thread, without allocation.
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -56,6 +57,8 @@ class SignalEffect {
     was_read_ = true;
     if (replacing != nullptr) {
       note_replaced(replacing->name());
+    } else if (value_ && std::isnan(number_)) {
+      was_unknown_ = true;
     } else if (section_.kind != config::FaultSection::Kind::dropout || is_dropped_) {
       has_acted_ = true;
       took_effect_ |= !is_true;
@@ -70,6 +73,8 @@ class SignalEffect {
   bool was_read() const noexcept { return was_read_; }
   bool has_acted() const noexcept { return has_acted_; }
   bool took_effect() const noexcept { return took_effect_; }
+  /// Whether a reader took a value while that of the fault was unknown.
+  bool was_unknown() const noexcept { return was_unknown_; }
   /// The later fault that replaced what it did when a reader took a value; empty: none.
   std::string_view replaced_by() const noexcept { return replaced_by_; }
   /// A delay keeps what comes to it at the end of a tick.
@@ -91,7 +96,7 @@ class SignalEffect {
   bool is_dropped_ = false;
   bool takes_last_ = false;  ///< the next value is the one that it is stuck at
   signals::SignalValue last_;
-  bool was_read_ = false, has_acted_ = false, took_effect_ = false;
+  bool was_read_ = false, has_acted_ = false, took_effect_ = false, was_unknown_ = false;
   std::string_view replaced_by_{};
 };
 

@@ -171,6 +171,8 @@ std::string Stimuli::missing_effect(const Stimulus& stimulus) {
   const auto replaced = [&](std::string_view fault, const std::string& of) {
     return "fault '" + std::string(fault) + "' replaced each value of " + of + " for " + reader;
   };
+  if (!effect.took_effect() && effect.was_unknown())
+    return "its value was unknown whenever " + reader + " was read";
   if (!effect.took_effect())
     return effect.replaced_by().empty() ? reader + " was not read in that time"
                                         : replaced(effect.replaced_by(), "it");

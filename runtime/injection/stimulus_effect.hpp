@@ -3,6 +3,7 @@
 //
 // Threads: one at a time; nothing allocates but the constructor.
 
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string_view>
@@ -28,6 +29,10 @@ class StimulusEffect final : public signals::ReadObserver {
   /// After the end the signal keeps the last value, which is an effect where it is another one than before.
   void note_read(signals::ReadBy by) noexcept override {
     if (by != signals::ReadBy::task || !before_) return;
+    if (std::isnan(value_)) {
+      was_unknown_ = true;
+      return;
+    }
     took_effect_ |= is_active_ || value_ != *before_;
     if (is_active_ && part_ < parts_.size()) parts_[part_].was_read = true;
   }
@@ -38,6 +43,8 @@ class StimulusEffect final : public signals::ReadObserver {
   }
 
   bool took_effect() const noexcept { return took_effect_; }
+  /// Whether a task read it while its value was unknown.
+  bool was_unknown() const noexcept { return was_unknown_; }
   bool has_begun(std::size_t part) const noexcept { return parts_[part].has_begun; }
   bool was_read(std::size_t part) const noexcept { return parts_[part].was_read; }
   /// The fault that replaced a value that would have been read; empty: none.
@@ -54,7 +61,7 @@ class StimulusEffect final : public signals::ReadObserver {
   double value_ = 0.0;
   std::optional<double> before_{};  ///< the value before the first begin
   std::size_t part_ = 0;
-  bool took_effect_ = false;
+  bool took_effect_ = false, was_unknown_ = false;
   std::string_view replaced_by_{};
 };
 

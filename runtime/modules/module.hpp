@@ -55,6 +55,9 @@ struct Ports {
   /// world.entities or of an earlier module.
   std::vector<config::Word> layers{};
   std::vector<config::Word> bodies{};
+  /// Whether the module searches `layers` for bodies other than `bodies`, so that one of these layers has to
+  /// have such a body.
+  bool searches_layers = false;
   /// Materials of world.materials that the parameters name, with their places.
   std::vector<config::Word> materials{};
   /// The same of world.lights.

@@ -1,6 +1,7 @@
 #include "runtime/run/run_variables.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "runtime/expression/definition_order.hpp"
@@ -61,6 +62,8 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
          .unit = compiled->unit(),
          .writer = "variables",
          .initial = before_the_run.evaluate(known.table(), 0, signals::Unpublished::initial_value)});
+    if (const double value = compiled->value_in_all_steps(&known); !std::isnan(value))
+      known.set_constant(signal, value);
     // What reads the variable reads what it is computed from.
     for (signals::ReadObserver* const observer : known.table().read_observers(compiled->signals()))
       known.table().add_read_observer(signal, *observer);

@@ -101,6 +101,40 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   }
 }
 
+/// A module that searches layers without any other body could never find one.
+void check_searched_layers(const Wiring& wiring, Diagnostics& diagnostics) {
+  if (!all_modules_exist(wiring)) return;  // the layers of their bodies are not known
+  for (const WiredModule& wired : wiring.modules) {
+    const modules::Ports& ports = wired.module->ports();
+    if (!ports.searches_layers) continue;
+    const auto is_searched = [&](const Word& layer) {
+      return std::ranges::any_of(ports.layers,
+                                 [&](const Word& searched) { return searched.text == layer.text; });
+    };
+    const auto is_itself = [&](const std::string& name) {
+      return std::ranges::any_of(ports.bodies, [&](const Word& body) { return body.text == name; });
+    };
+    bool has_body =
+        std::ranges::any_of(wiring.scenario->world.entities, [&](const config::WorldEntity& entity) {
+          return entity.is_body() && !is_itself(entity.name.text) &&
+                 std::ranges::any_of(entity.mask, is_searched);
+        });
+    for (const WiredModule& maker : wiring.modules) {
+      const modules::Ports& made = maker.module->ports();
+      for (std::size_t i = 0; i < std::min(made.makes.size(), made.layers_of_made.size()); ++i)
+        has_body = has_body || (!is_itself(maker.section->module.text + "." + made.makes[i]) &&
+                                is_searched(made.layers_of_made[i]));
+    }
+    if (has_body) continue;
+    std::string layers;
+    for (const Word& layer : ports.layers)
+      layers += (layers.empty() ? "'" : ", '") + layer.text + "'";
+    diagnostics.add(ports.layers.front().place,
+                    "module " + wired.section->module.text + " searches " + layers +
+                        ", where there is no other body, so it could never find one");
+  }
+}
+
 /// Whether an entity or a vehicle has the light.
 bool is_used(const config::WorldLight& light, const Wiring& wiring) {
   const auto has_name = [&](const Word& word) { return word.text == light.name.text; };
@@ -238,6 +272,7 @@ void wire_world(Wiring& wiring, Diagnostics& diagnostics) {
   wiring.scenery = make_scenery(wiring.scenario->world, diagnostics);
   add_layers(wiring, diagnostics);
   check_names(wiring, diagnostics);
+  check_searched_layers(wiring, diagnostics);
   check_views(wiring, diagnostics);
   check_lights(wiring, diagnostics);
   check_moved_bodies(wiring, diagnostics);

@@ -53,6 +53,13 @@ class KnownSignals {
   void set_never_stale(SignalId signal) { never_stale_.insert(signal.index); }
   bool is_never_stale(SignalId signal) const { return never_stale_.contains(signal.index); }
 
+  /// A variable that has this value in every step.
+  void set_constant(SignalId signal, double value) { constants_.emplace(signal.index, value); }
+  std::optional<double> constant(SignalId signal) const {
+    const auto found = constants_.find(signal.index);
+    return found == constants_.end() ? std::nullopt : std::optional(found->second);
+  }
+
   /// Adds the new relations that the expression reads to those given, and their signals to the table.
   void add_relations(const config::Expression& expression) const;
 
@@ -75,6 +82,7 @@ class KnownSignals {
   std::vector<std::string> undeclared_;
   std::map<std::uint32_t, std::string> imprecise_;  ///< by index of the signal
   std::set<std::uint32_t> never_stale_;             ///< by index of the signal
+  std::map<std::uint32_t, double> constants_;       ///< by index of the signal
 };
 
 /// The value with this name; empty with a mistake when there is none, or several (NaN). `signal`: the name of

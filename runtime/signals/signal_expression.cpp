@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace hil::signals {
@@ -54,6 +55,14 @@ double SignalExpression::evaluate(const SignalTable& table, Instant instant,
   const double time_s = static_cast<double>(instant.time_ns) / 1e9;
   sample(table, signals_, unpublished, time_s, values_, written_s_);
   return program_.evaluate(values_, {.time_s = time_s, .written_s = written_s_, .is_tick = instant.is_tick});
+}
+
+double SignalExpression::value_in_all_steps(const KnownSignals* known) noexcept {
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    const auto constant = known == nullptr ? std::nullopt : known->constant(signals_[i]);
+    values_[i] = constant.value_or(std::numeric_limits<double>::quiet_NaN());
+  }
+  return program_.value_in_all_steps(values_);
 }
 
 std::int64_t SignalExpression::written_ns() const noexcept {

@@ -27,10 +27,10 @@ Schema sent_schema() {
           Field::optional("checksum", Schema::name(),
                           "The signal that carries the checksum (CRC-8 SAE J1850)."),
           Field::with_default(
-              "signals", Schema::map(Schema::text()), "{}",
+              "signals", Schema::map_of_checked_names(Schema::text()), "{}",
               "The source of each signal: a signal of the run, a number, or a value name of the DBC file. "
               "Other signals have their start value (GenSigStartValue), else their safe value."),
-          Field::with_default("safe", Schema::map(Schema::text()), "{}",
+          Field::with_default("safe", Schema::map_of_checked_names(Schema::text()), "{}",
                               "The safe value of each signal, a number or a value name. Other signals: 0."),
       });
 }
@@ -47,7 +47,7 @@ Schema received_schema() {
           Field::optional("counter", Schema::name(), "The signal that counts the frames. Gaps are counted."),
           Field::optional("checksum", Schema::name(),
                           "The signal that carries the checksum. It is verified."),
-          Field::with_default("safe", Schema::map(Schema::text()), "{}",
+          Field::with_default("safe", Schema::map_of_checked_names(Schema::text()), "{}",
                               "The safe value of each signal, a number or a value name. Other signals: 0."),
       });
 }
@@ -79,7 +79,8 @@ Schema can_schema() {
                     "The rate at which frames are read and sent. It divides the base rate."),
       Field::with_default("bit_rate", Schema::integer(1'000, 20'000'000), "500000",
                           "The bit rate in bits per second, for the bus load."),
-      Field::with_default("units", Schema::map(Schema::map(Schema::text())), "{}",
+      Field::with_default("units", Schema::map_of_checked_names(Schema::map_of_checked_names(Schema::text())),
+                          "{}",
                           "Units of signals, by message and signal, where the DBC file has none or a wrong "
                           "one: {EgoStatus: {Speed: km/h}}."),
       Field::optional("priority", thread_priority_schema(),

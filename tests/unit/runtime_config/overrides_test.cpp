@@ -77,8 +77,10 @@ TEST(Overrides, UnknownPathIsAMistakeWithTheNearestName) {
             "--set tasks.scaner.rate:1:7: there is no 'tasks.scaner'; did you mean 'tasks.scanner'?\n");
   EXPECT_EQ(mistakes_with({"processes.pcl.enabled=true"}),
             "--set processes.pcl.enabled:1:11: there is no 'processes.pcl'; did you mean 'processes.plc'?\n");
-  EXPECT_EQ(mistakes_with({"tasks.scanner.parameters.colums=96"}),
-            "--set tasks.scanner.parameters.colums:1:26: unknown key 'colums'; did you mean 'columns'?\n");
+  EXPECT_EQ(
+      mistakes_with({"tasks.scanner.parameters.colums=96"}),
+      "--set tasks.scanner.parameters.colums:1:26: there is no 'tasks.scanner.parameters.colums'; did you "
+      "mean 'tasks.scanner.parameters.columns'?\n");
   EXPECT_EQ(mistakes_with({"tasks.2.rate=1 Hz"}),
             "--set tasks.2.rate:1:7: there is no entry 2; the list has 2 entries, counted from 0\n");
   EXPECT_EQ(mistakes_with({"seed.x=1"}), "--set seed.x:1:6: 'seed' has no keys, so there is no 'seed.x'\n");
@@ -147,7 +149,7 @@ TEST(Overrides, FindABusByTheNameKeyOfItsType) {
   std::optional<TreeNode> tree = build_tree(source, diagnostics);
   ASSERT_TRUE(tree) << diagnostics.to_text();
   const std::vector<std::string> overrides{"semaphore.bay.height=4"};
-  apply_overrides(*tree, schema, overrides, types, diagnostics);
+  apply_overrides(*tree, schema, overrides, {.buses = types}, diagnostics);
   EXPECT_TRUE(diagnostics.empty()) << diagnostics.to_text();
   const TreeNode* const height = tree->find("semaphore")->items.at(1).find("height");
   ASSERT_NE(height, nullptr);

@@ -4,46 +4,22 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <vector>
 
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/idle_device.hpp"
+#include "tests/unit/runtime_expectations/arriving_device.hpp"
 #include "tests/unit/runtime_expectations/judged_signals.hpp"
 
 namespace hil::expectations {
 namespace {
 
-/// Two inputs that keep their samples, and a third one that does not.
-class CounterDevice final : public tests::IdleDevice {
- public:
-  CounterDevice() : IdleDevice("counters") {}
-  void receive(std::size_t input, double value, std::int64_t time_ns) {
-    kept_[input].push_back({value, time_ns, true});
-  }
-  void lose(std::uint64_t count) { lost_ += count; }
-
-  bool keep_arrivals(std::size_t input) override { return input < 2; }
-  bool next_arrival(std::size_t input, io::Sample& sample) noexcept override {
-    if (taken_[input] == kept_[input].size()) return false;
-    sample = kept_[input][taken_[input]++];
-    return true;
-  }
-  std::uint64_t lost_arrivals() const noexcept override { return lost_; }
-
- private:
-  std::array<std::vector<io::Sample>, 2> kept_;
-  std::array<std::size_t, 2> taken_{};
-  std::uint64_t lost_ = 0;
-};
-
 class FramesOfATick : public Expectations {
  protected:
-  static constexpr std::size_t request_input = 0, reply_input = 1, plain_input = 2;
+  static constexpr std::size_t request_input = 0, reply_input = 1;
 
   FramesOfATick() {
-    arrivals_.keep(device_, request_input, request_);
-    arrivals_.keep(device_, reply_input, reply_);
+    arrivals_.keep(device_, links_, request_);
+    arrivals_.keep(device_, links_, reply_);
   }
 
   void tick(const std::vector<Judge*>& judges, std::int64_t time_ns) {
@@ -58,7 +34,10 @@ class FramesOfATick : public Expectations {
     EXPECT_EQ(judge.response_times(1'000 * ms)->unanswered, 0U);
   }
 
-  CounterDevice device_;
+  const signals::SignalId plain_ = table_.add({.name = "plc.speed", .unit = "", .writer = "plc"});
+  const signals::Links links_{
+      .inputs = {request_, reply_, plain_}, .outputs = {}, .connected = {}, .fresh = {}};
+  ArrivingDevice device_{2};  // keeps two inputs of three
 };
 
 TEST_F(FramesOfATick, RepliesOfOneTickAreMatchedToTheirRequests) {
@@ -109,7 +88,7 @@ TEST_F(FramesOfATick, ReplyAnswersOneEarlierRequest) {
 TEST_F(FramesOfATick, EveryExpectationSeesEveryFrame) {
   const auto first = responses(50 * ms);
   const auto second = responses(50 * ms);
-  arrivals_.keep(device_, request_input, request_);  // named by both
+  arrivals_.keep(device_, links_, request_);  // named by both
   device_.receive(request_input, 1, 0);
   device_.receive(reply_input, 1, ms);
   tick({first.get(), second.get()}, 2 * ms);
@@ -147,7 +126,7 @@ TEST_F(FramesOfATick, LostFramesLeaveTheExpectationUnchecked) {
   tick({judge.get()}, 2 * ms);
   EXPECT_EQ(arrivals_.lost(), 3U) << "of one device, whatever the number of its inputs";
   expect(*judge, {1'000 * ms, 1, ms}, report::ExpectationResult::not_checked,
-         {"can not be judged, 3 samples were lost"});
+         {"can not be judged, 3 frames were lost"});
 }
 
 TEST_F(FramesOfATick, ManyFramesAreTakenWithoutAllocation) {
@@ -162,14 +141,57 @@ TEST_F(FramesOfATick, ManyFramesAreTakenWithoutAllocation) {
   allocation_guard::leave_tick();
   EXPECT_EQ(allocation_guard::seen().total(), 0U);
   EXPECT_EQ(first + second + third, 20'000U);
-  EXPECT_GT(third, 0U) << "one call takes a bounded number of samples";
+  EXPECT_GT(third, 0U) << "one call takes a bounded number of frames";
 }
 
 TEST_F(FramesOfATick, InputsWithoutSamplesAreNotKept) {
-  const auto speed = table_.add({.name = "plc.speed", .unit = "", .writer = "plc"});
-  arrivals_.keep(device_, plain_input, speed);
-  EXPECT_FALSE(arrivals_.keeps(speed));
+  arrivals_.keep(device_, links_, plain_);
+  EXPECT_FALSE(arrivals_.keeps(plain_));
   EXPECT_TRUE(arrivals_.keeps(reply_));
+}
+
+TEST_F(FramesOfATick, ReplyBeforeItsRequestWithOneStampIsNone) {
+  const auto judge = responses(9 * ms);
+  device_.receive(reply_input, 7, 3 * ms);
+  device_.receive(request_input, 7, 3 * ms);
+  tick({judge.get()}, 4 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->unanswered, 1U);
+  device_.receive(request_input, 8, 20 * ms);
+  device_.receive(reply_input, 8, 20 * ms);
+  tick({judge.get()}, 21 * ms);
+  EXPECT_EQ(judge->response_times(1'000 * ms)->samples_ns, (std::vector<std::int64_t>{0}));
+}
+
+TEST_F(FramesOfATick, RequestsBeforeTheWindowAreMatchedButNotJudged) {
+  config::WindowSection window{.place = {}, .from_ns = 100 * ms, .to_ns = {}, .after = {}, .until = {}};
+  const auto judge = windowed(
+      Response{
+          .request = {"bus.Header.Counter", {}}, .reply = {"bus.Command.AnswerTo", {}}, .within_ns = 20 * ms},
+      window);
+  // Replies are 40 ms late, and the counter comes again every 40 ms: each looks like the answer to the next.
+  for (int i = 0; i < 40; ++i) {
+    if (i >= 4) device_.receive(reply_input, i % 4, i * 10 * ms);
+    device_.receive(request_input, i % 4, i * 10 * ms);
+    tick({judge.get()}, i * 10 * ms);
+  }
+  const auto result = judge->result({400 * ms, 400, ms});
+  EXPECT_EQ(result.result, Result::failed) << result.detail;
+  EXPECT_NE(result.detail.find("slowest 40.00 ms"), std::string::npos) << result.detail;
+}
+
+TEST_F(FramesOfATick, ComeInOneReceiveOrderOverAllDevices) {
+  ArrivingDevice other(1);
+  const signals::Links links{.inputs = {speed_}, .outputs = {}, .connected = {}, .fresh = {}};
+  arrivals_.keep(other, links, speed_);
+  other.receive(0, 1, 2 * ms);
+  other.receive(0, 2, 5 * ms);
+  device_.receive(request_input, 10, ms);
+  device_.receive({{request_input, 11}, {reply_input, 12}}, 5 * ms);
+  device_.receive(request_input, 13, 9 * ms);
+  std::vector<double> first_values;
+  for (const Arrival& arrival : arrivals_.collect())
+    first_values.push_back(arrival.values.front().value);
+  EXPECT_EQ(first_values, (std::vector<double>{10, 1, 11, 2, 13})) << "at one stamp, by device";
 }
 
 }  // namespace

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/support/allocation_guard.hpp"
-#include "tests/support/idle_device.hpp"
+#include "tests/unit/runtime_expectations/arriving_device.hpp"
 #include "tests/unit/runtime_expectations/judged_signals.hpp"
 
 namespace hil::expectations {
@@ -23,6 +23,8 @@ class CycleTimes : public Expectations {
       table_.add({.name = "can.car.Status.Mode", .unit = "", .writer = "can.car", .arrives = true});
   const signals::SignalId level_ =
       table_.add({.name = "can.car.Status.Level", .unit = "", .writer = "can.car", .arrives = true});
+
+  const signals::Links links_{.inputs = {mode_, level_}, .outputs = {}, .connected = {}, .fresh = {}};
 
   static CycleTime claim(std::uint64_t at_least = 1) {
     return {
@@ -58,34 +60,18 @@ TEST_F(CycleTimes, OutsideTheToleranceFail) {
   EXPECT_EQ(result.worst_ns, 29 * ms);
 }
 
-/// Keeps what the test receives.
-class StatusDevice final : public tests::IdleDevice {
- public:
-  StatusDevice() : IdleDevice("status") {}
-  std::vector<std::int64_t> stamps[2];  ///< by input, of samples that are not taken yet
-  std::uint64_t lost = 0;
-
-  bool keep_arrivals(std::size_t /*input*/) override { return true; }
-  bool next_arrival(std::size_t input, io::Sample& sample) noexcept override {
-    if (taken_[input] == stamps[input].size()) return false;
-    sample = {1.0, stamps[input][taken_[input]++], true};
-    return true;
-  }
-  std::uint64_t lost_arrivals() const noexcept override { return lost; }
-
- private:
-  std::size_t taken_[2] = {0, 0};
-};
-
 TEST_F(CycleTimes, CountEveryFrameOfATick) {
-  StatusDevice device;
-  arrivals_.keep(device, 0, mode_);
-  arrivals_.keep(device, 1, level_);
+  ArrivingDevice device(2);
+  arrivals_.keep(device, links_, mode_);
+  arrivals_.keep(device, links_, level_);
   const auto judge = this->judge(claim());
-  device.stamps[0] = {-3 * ms, 0, 10 * ms, 30 * ms};  // of a message with a multiplexed signal
-  device.stamps[1] = {0, 20 * ms, 30 * ms};
+  device.receive(0, 1, -3 * ms);
+  device.receive({{0, 1}, {1, 1}}, 0);
+  device.receive(0, 1, 10 * ms);  // one of both signals is multiplexed
+  device.receive(1, 1, 20 * ms);
+  device.receive({{0, 1}, {1, 1}}, 30 * ms);
   judge->check(table_, arrivals_.collect(), 30 * ms);
-  device.stamps[0].push_back(41 * ms);
+  device.receive(0, 1, 41 * ms);
   allocation_guard::reset();
   allocation_guard::enter_tick();
   judge->check(table_, arrivals_.collect(), 45 * ms);
@@ -94,17 +80,17 @@ TEST_F(CycleTimes, CountEveryFrameOfATick) {
   const auto result = expect(*judge, until(45 * ms, 45), Result::held, {"0 of 4 intervals outside"});
   EXPECT_DOUBLE_EQ(result.margin, 0.0);
   EXPECT_EQ(result.worst_ns, 41 * ms);
-  device.lost = 2;
-  expect(*judge, until(45 * ms, 45), Result::not_checked, {"2 samples were lost"});
+  device.lose(2);
+  expect(*judge, until(45 * ms, 45), Result::not_checked, {"2 frames were lost"});
 }
 
 TEST_F(CycleTimes, CountFramesWithOneStamp) {
-  StatusDevice device;
-  arrivals_.keep(device, 0, mode_);
-  arrivals_.keep(device, 1, level_);
+  ArrivingDevice device(2);
+  arrivals_.keep(device, links_, mode_);
+  arrivals_.keep(device, links_, level_);
   const auto judge = this->judge(claim());
-  device.stamps[0] = {0, 10 * ms, 10 * ms, 20 * ms};
-  device.stamps[1] = {0, 10 * ms, 10 * ms, 20 * ms};
+  for (const std::int64_t stamp_ms : {0, 10, 10, 20})
+    device.receive({{0, 1}, {1, 1}}, stamp_ms * ms);
   judge->check(table_, arrivals_.collect(), 20 * ms);
   const auto result = expect(*judge, until(20 * ms, 20), Result::failed, {"1 of 3 intervals outside"});
   EXPECT_DOUBLE_EQ(result.margin, -0.009);

@@ -22,7 +22,7 @@ class Margins : public Expectations {
   double margin_of(const std::string& text) {
     ConditionMargin margin(condition(text), table_, {.period_ns = ms, .seed = 7});
     unit_ = margin.unit();
-    return margin.at(table_, 0);
+    return margin.at(table_, {.time_ns = 0});
   }
   std::string unit_;
 };

@@ -56,6 +56,49 @@ class ExpectationMistakes : public run::test::WiringFixture {
   }
 };
 
+TEST_F(ExpectationMistakes, OfWhatCanNotFailOrCanNotHold) {
+  expect_mistakes({
+      {"never: tank.level > 5 m and 2 < 1", "the condition is always false, whatever its signals are"},
+      {"always: tank.level > 5 m or true", "the condition is always true, whatever its signals are"},
+      {"eventually: not (false and tank.level > 5 m)", "the condition is always true, whatever its"},
+      {"count: {of: tank.level > 1 m and 0 == 1, max: 3}", "the condition is always false, whatever"},
+      {"never: tank.level == tank.level", "both operands of '==' are the same"},
+      {"always: can.car.Status.Mode + 1 >= can.car.Status.Mode + 1", "both operands of '>=' are the same"},
+      {"never: tank.level > 2 m, after: tank.level < tank.level", "both operands of '<' are the same"},
+  });
+}
+
+TEST_F(ExpectationMistakes, OfTimesThatNothingCanBeLateFor) {
+  expect_mistakes({
+      {"reaction: {when: tank.level > 1 m, then: tank.level > 2 m, within: 10 s}",
+       "'within': 10 s is as long as the run, which takes 10 s, so nothing could be late"},
+      {"response: {request: can.car.Status.Mode, reply: can.car.Status.Other, within: 12 s}",
+       "'within': 12 s is as long as the run"},
+      {"reaction: {when: tank.level > 1 m, then: tank.level > 2 m, within: 2 s}, between: [3 s, 5 s]",
+       "'within': 2 s is as long as the window, which takes 2 s"},
+      {"never: tank.level > 5 m, between: [9 s, 11 s]",
+       "'between': 11 s is after the end of the run, which takes 10 s"},
+  });
+}
+
+TEST_F(ExpectationMistakes, AreWarningsWhereOnlyAVariableMakesThemSo) {
+  EXPECT_TRUE(wired(scenario + "  - {name: off, always: installed == 0 or tank.level > 5 m}\n"
+                               "  - {name: by others, never: low and tank.level > 5 m}\n"
+                               "  - {name: on, always: installed == 1 or tank.level > 5 m}\n"
+                               "  - {name: known, never: known(can.car.Status.Mode)}\n"
+                               "variables: {installed: 0, low: installed > 2}\n"))
+      << diagnostics_.to_text();
+  std::string warnings;
+  for (const config::Mistake& warning : diagnostics_.warnings())
+    warnings += warning.message + "\n";
+  EXPECT_NE(warnings.find("the condition is always true with the variables of the scenario"),
+            std::string::npos)
+      << warnings;
+  EXPECT_NE(warnings.find("the condition is always false with the variables of the scenario"),
+            std::string::npos)
+      << warnings;
+}
+
 TEST_F(ExpectationMistakes, OfTheFileAreReportedAtOnce) {
   expect_mistakes({
       {"never: tank.level > 5 m, between: [3 s, 2 s]",

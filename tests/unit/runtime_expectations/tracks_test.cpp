@@ -23,7 +23,8 @@ class Tracking : public Expectations {
             .reference = std::make_shared<const signals::CsvProfile>(std::move(*profile)),
             .reference_place = {},
             .tolerance = condition(tolerance),
-            .max_shift_ns = shift_ms * ms};
+            .max_shift_ns = shift_ms * ms,
+            .at_least = 2};
   }
   static constexpr const char* ramp = "time,speed\n0,0\n0.1,10\n";  // 0.1 m/s in a tick
 
@@ -97,7 +98,7 @@ TEST_F(Tracking, OneInstantIsNoCurve) {
   for (int tick = 0; tick < 9; ++tick)
     set_speed(*once, 5.0, tick * ms);
   expect(*once, until(9 * ms, 9), Result::not_checked,
-         {"1 instant was compared, at 3 ms; at least 2 are required"});
+         {"1 instant was compared, at 3 ms; at least 2 are required (at_least)"});
   const auto wrong = judge(claim("time,speed\n0.003,5\n0.0035,6\n", "1 m/s"));
   for (int tick = 0; tick < 9; ++tick)
     set_speed(*wrong, 9.0, tick * ms);
@@ -106,6 +107,18 @@ TEST_F(Tracking, OneInstantIsNoCurve) {
   for (int tick = 0; tick < 9; ++tick)
     set_speed(*twice, 5.0, tick * ms);
   expect(*twice, until(9 * ms, 9), Result::held, {"2 instants were compared, from 3 ms to 4 ms"});
+}
+
+TEST_F(Tracking, NeedsSomeInstants) {
+  for (const int instants : {19, 20}) {
+    Tracks tracks = claim(ramp, "1 m/s");
+    tracks.at_least = 20;
+    const auto judge = this->judge(tracks);
+    for (int tick = 0; tick < instants; ++tick)
+      set_speed(*judge, 0.1 * tick, tick * ms);
+    const auto result = judge->result(until(instants * ms, static_cast<std::uint64_t>(instants)));
+    EXPECT_EQ(result.result, instants < 20 ? Result::not_checked : Result::held) << result.detail;
+  }
 }
 
 TEST_F(Tracking, IsJudgedWithoutAllocation) {

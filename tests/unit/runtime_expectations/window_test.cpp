@@ -88,8 +88,10 @@ TEST_F(Windows, CountAndReactionsBeginInThem) {
   const auto reaction =
       windowed(Reaction{condition("ego.speed > 5"), condition("ego.speed < 1"), 2 * ms}, between(2, 6));
   run(*reaction, {9, 9, 0, 9, 0, 9, 9, 0});
-  const auto result = expect(*reaction, until(8 * ms, 8), Result::held, {"1 of 1 reaction in time"});
-  EXPECT_NE(result.detail.find("1 not judged"), std::string::npos) << "open at the end of the window";
+  // The second one is open at the end of the window, whose ticks from there on are not evaluated.
+  expect(*reaction, until(8 * ms, 8), Result::not_checked,
+         {"1 of 1 reaction in time", "1 not judged, since the run or the window ended before",
+          "evaluated on 3 of 5 ticks"});
 }
 
 TEST_F(Windows, ResponsesAreToTheRequestsInThem) {

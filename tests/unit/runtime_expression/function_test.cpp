@@ -262,6 +262,49 @@ TEST(Frames, BetweenStepsAdvanceMemoryButNoNoise) {
   EXPECT_EQ(step(*delay, 0.2, 3, true), 2.0) << "the tick's value counts, not that of a frame before it";
 }
 
+TEST(Functions, RefuseConstantArgumentsOutOfRange) {
+  for (const auto& [written, problem] : std::vector<std::pair<std::string, std::string>>{
+           {"lag(a, -1 ms)", "'lag': its time constant is below 0"},
+           {"uniform(5, -5)", "'uniform': its low is above its high"},
+           {"noise(-1)", "'noise': its deviation is below 0"},
+           {"clamp(a, 3, 2)", "'clamp': its low is above its high"},
+           {"hysteresis(a, 3, 2)", "'hysteresis': its low is above its high"},
+           {"pid(a, 1, 1, 1, 5, -5)", "'pid': its low is above its high"},
+           {"clamp(kmh, 40, 10 m/s)", "'clamp': its low is above its high"},
+           {"sqrt(-1)", "'sqrt' has no value for these arguments"},
+           {"ln(0)", "'ln' has no value for these arguments"},
+           {"asin(2)", "'asin' has no value for these arguments"},
+           {"mod(5, 0)", "'mod' has no value for these arguments"}}) {
+    std::string mistakes;
+    EXPECT_FALSE(compile(written, {.unit = std::nullopt}, &mistakes)) << written;
+    EXPECT_NE(mistakes.find(problem), std::string::npos) << written << ": " << mistakes;
+  }
+  for (const char* written : {"lag(a, 0 ms)", "uniform(5, 5)", "noise(0)", "clamp(a, 2, 2)", "clamp(a, b, 2)",
+                              "clamp(kmh, 30, 10 m/s)", "sqrt(a - 5)", "mod(5, a)"})
+    EXPECT_TRUE(compile(written, {.unit = std::nullopt})) << written;
+}
+
+TEST(Programs, KnowWhatIsTheSameInAllSteps) {
+  const std::vector<double> nothing(test::Names().all.size(), unknown);
+  const auto result = [&](const std::string& written) {
+    return compile(written, {.truth = true})->value_in_all_steps(nothing);
+  };
+  EXPECT_EQ(result("a > 3 and 2 < 1"), 0.0);
+  EXPECT_EQ(result("a > 3 or 1 == 1"), 1.0);
+  EXPECT_EQ(result("not (a > 3 and false)"), 1.0);
+  for (const char* written :
+       {"a > 3", "a == a", "known(a)", "known(a) or known(b)", "time > 5 s", "noise(1) > 2",
+        "count(true) > 2", "duration(true) > 5 s", "a * 0 > 1", "previous(3) > 2", "latch(false, true)"})
+    EXPECT_TRUE(std::isnan(result(written))) << written;
+  std::vector<double> with_b = nothing;
+  with_b[1] = 0.0;
+  EXPECT_EQ(compile("b == 0 or a > 3", {.truth = true})->value_in_all_steps(with_b), 1.0);
+  auto program = compile("count(a > 0)", {});
+  EXPECT_EQ(program->evaluate(test::Names().values(), 0.0), 1.0);
+  program->value_in_all_steps(nothing);
+  EXPECT_EQ(program->evaluate(test::Names().values(), 0.1), 1.0) << "its memory does not advance";
+}
+
 TEST(Functions, PidControls) {
   expect_near(steps("pid(a, 2, 0, 0, -5, 5)", {1, -1, 9}), {2, -2, 5});
   expect_near(steps("pid(a, 0, 10, 0, -5, 5)", {1, 1, 1}), {0, 1, 2});
