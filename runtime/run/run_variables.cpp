@@ -55,11 +55,11 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
       continue;
     }
     signals::SignalExpression before_the_run = *compiled;
-    const signals::SignalId signal =
-        known.table().add({.name = variable.name.text,
-                           .unit = compiled->unit(),
-                           .writer = "variables",
-                           .initial = before_the_run.evaluate(known.table(), 0)});
+    const signals::SignalId signal = known.table().add({.name = variable.name.text,
+                                                        .unit = compiled->unit(),
+                                                        .writer = "variables",
+                                                        .initial = before_the_run.evaluate(known.table(), 0),
+                                                        .meaning = compiled->meaning()});
     // What reads the variable reads what it is computed from.
     for (signals::ReadObserver* const observer : known.table().read_observers(compiled->signals()))
       known.table().add_read_observer(signal, *observer);
