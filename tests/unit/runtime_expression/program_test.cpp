@@ -3,6 +3,8 @@
 #include "runtime/expression/program.hpp"
 
 #include <random>
+#include <set>
+#include <tuple>
 #include <utility>
 
 #include "compiled.hpp"
@@ -247,6 +249,82 @@ TEST(Program, TurnsRadiansAndCycles) {
     EXPECT_FALSE(compile(condition, {.truth = true}, &text)) << condition;
     EXPECT_NE(text.find("1 rev"), std::string::npos) << "says what to write: " << text;
   }
+}
+
+/// A random rate: what it counts (t turns, r radians, c cycles, o open), with turns and radians in rad/s.
+struct RateOf {
+  std::string text;
+  char kind = 'o';
+  double per_second = 0.0;
+};
+
+RateOf random_rate(std::mt19937& random, int depth) {
+  const double turn = 2.0 * std::acos(-1.0);
+  const RateOf leaves[] = {{"n", 't', 10.0 * turn},
+                           {"w", 'r', 2.0},
+                           {"f", 'c', 10.0},
+                           {"rate", 'o', 4.0},
+                           {"v / x", 'o', 10.0 / 3.0},
+                           {"90 rpm", 't', 1.5 * turn},
+                           {"30 deg/s", 'r', turn / 12.0},
+                           {"90 1/min", 'c', 1.5},
+                           {"1 / dt", 'o', 2.0}};
+  RateOf rate = leaves[random() % std::size(leaves)];
+  for (; depth > 0; --depth) {
+    const bool has_angle = rate.kind == 't' || rate.kind == 'r';
+    const bool is_turn = random() % 2 == 0;
+    if (random() % 3 == 0) {
+      rate = {"2 * (" + rate.text + ")", rate.kind, 2.0 * rate.per_second};
+    } else if (has_angle) {
+      rate = {"(" + rate.text + (is_turn ? ") / 1 rev" : ") / 1 rad"), 'o',
+              rate.per_second / (is_turn ? turn : 1.0)};
+    } else {
+      rate = {"(" + rate.text + (is_turn ? ") * 1 rev" : ") * 1 rad"), is_turn ? 't' : 'r',
+              rate.per_second * (is_turn ? turn : 1.0)};
+    }
+  }
+  return rate;
+}
+
+TEST(Program, RandomRatesFollowTheTableOfTheGuide) {
+  std::mt19937 random(31);
+  const double turn = 2.0 * std::acos(-1.0);
+  const std::set<std::string> refused{"rc", "cr", "ot", "to"};
+  int found_ones = 0, refused_ones = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const RateOf a = random_rate(random, static_cast<int>(random() % 4));
+    const RateOf b = random_rate(random, static_cast<int>(random() % 4));
+    const auto as = [&](const RateOf& rate, char kind) {  // turns and radians in rad/s
+      const bool has_angle = rate.kind == 't' || rate.kind == 'r';
+      if (kind == 'c' && rate.kind == 't') return rate.per_second / turn;
+      if (kind == 't' && !has_angle) return rate.per_second * turn;
+      return rate.per_second;
+    };
+    const std::tuple<const char*, char, double> wanted[] = {
+        {"rpm", 't', 60.0 / turn}, {"deg/s", 'r', 360.0 / turn}, {"1/min", 'c', 60.0}};
+    for (const auto& [unit, kind, factor] : wanted) {
+      std::string text;
+      auto program = compile(a.text, {.unit = unit}, &text);
+      ASSERT_EQ(program.has_value(), !refused.contains({a.kind, kind})) << a.text << " in " << unit << text;
+      (program ? found_ones : refused_ones) += 1;
+      if (!program) continue;
+      ASSERT_NEAR(program->evaluate(test::Names().values(), 0.0) / (as(a, kind) * factor), 1.0, 1e-12)
+          << a.text << " in " << unit;
+    }
+    std::string text;
+    auto program = compile(a.text + " < " + b.text, {.truth = true}, &text);
+    ASSERT_EQ(program.has_value(), !refused.contains({a.kind, b.kind})) << a.text << " < " << b.text << text;
+    if (!program) continue;
+    // In cycles where one of both counts them; else as they are.
+    const bool in_cycles = a.kind == 'c' || b.kind == 'c';
+    const double mine = in_cycles ? as(a, 'c') : a.per_second;
+    const double other = in_cycles ? as(b, 'c') : b.per_second;
+    if (std::abs(mine - other) < 1e-9) continue;
+    ASSERT_EQ(program->evaluate(test::Names().values(), 0.0), mine < other ? 1.0 : 0.0)
+        << a.text << " < " << b.text;
+  }
+  EXPECT_GT(found_ones, 2000);
+  EXPECT_GT(refused_ones, 500);
 }
 
 TEST(Program, ReadsTheUnitsThatSignalsHave) {
