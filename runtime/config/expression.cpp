@@ -310,7 +310,9 @@ class ExpressionParser {
     const std::size_t begin = at_;
     std::size_t end = begin;  // of the unit
     while (true) {
-      const std::size_t symbol = end_of_symbol(at_);
+      std::size_t symbol = end_of_symbol(at_);
+      const bool is_inverse = at_ == begin && text_.substr(begin).starts_with("1/");
+      if (is_inverse && end_of_symbol(begin + 2) != begin + 2) symbol = begin + 1;
       if (symbol == at_) break;
       at_ = end = symbol;
       const bool continues = at_ + 1 < text_.size() &&
@@ -332,12 +334,14 @@ class ExpressionParser {
     return false;
   }
 
-  /// Of a unit's symbol with its exponent ("m", "s2", "s^-1") at `at`; `at` itself: there is none.
+  /// Of a unit's symbol with its exponent ("m", "s2", "s^-1"), and the number before it ("100km"), at `at`;
+  /// `at` itself: there is none.
   std::size_t end_of_symbol(std::size_t at) const {
-    std::size_t end = at;
+    const std::size_t begin = end_of_factor(at);
+    std::size_t end = begin;
     while (end < text_.size() && is_unit_letter(text_[end]))
       ++end;
-    if (end == at || is_keyword(text_.substr(at, end - at))) return at;
+    if (end == begin || is_keyword(text_.substr(begin, end - begin))) return at;
     std::size_t exponent = end;
     if (exponent < text_.size() && text_[exponent] == '^') ++exponent;
     if (exponent < text_.size() && text_[exponent] == '-') ++exponent;
@@ -345,6 +349,19 @@ class ExpressionParser {
     while (exponent < text_.size() && is_digit(text_[exponent]))
       ++exponent;
     return exponent;
+  }
+
+  /// Of a number before a symbol, which is no number of its own ("2e3").
+  std::size_t end_of_factor(std::size_t at) const {
+    std::size_t end = at;
+    while (end < text_.size() && is_digit(text_[end]))
+      ++end;
+    if (end == at) return at;
+    if (end + 1 < text_.size() && text_[end] == '.' && is_digit(text_[end + 1])) {
+      for (++end; end < text_.size() && is_digit(text_[end]);)
+        ++end;
+    }
+    return end - at == read_number(text_.substr(at)).length ? end : at;
   }
 
   Index parse_word() {

@@ -75,6 +75,8 @@ class Expression {
     double number = 0.0;
     std::optional<units::Unit> unit{};  ///< that follows the number
     std::vector<std::uint32_t> parts{};
+    /// subtract: in place of a comparison, whose sides take their units from each other.
+    bool is_margin = false;
   };
 
   /// `text` is a Value of Kind::text. Empty with one mistake, whose place is the first wrong character.

@@ -35,7 +35,7 @@ std::optional<Instant> instant_of(const config::InstantCheck& check, const signa
   const auto value =
       name != nullptr
           ? signals::value_named(signal.named_values, *name, signal.name, diagnostics)
-          : check_constant(check.value, ConstantKind::value, signal.unit, "'expectation'", diagnostics);
+          : check_constant(check.value, limit_kind(signal), signal.unit, "'expectation'", diagnostics);
   if (value) instant.value = *value;
   if (check.tolerance) {
     const auto tolerance =

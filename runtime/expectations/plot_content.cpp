@@ -29,11 +29,11 @@ void collect(const config::Expression& expression, std::uint32_t index,
 
 /// Of the part of a condition, in the unit of the signal it is compared with. Empty: it is no constant.
 std::optional<double> constant_at(const config::Expression& condition, std::uint32_t index,
-                                  const std::string& unit) {
+                                  const signals::SignalInfo& signal) {
   std::vector<config::Expression::Node> nodes;
   collect(condition, index, nodes);
   config::Diagnostics ignored;  // a part that is no constant has no limit
-  return check_constant(condition.with_nodes(std::move(nodes)), ConstantKind::value, unit, "", ignored);
+  return check_constant(condition.with_nodes(std::move(nodes)), limit_kind(signal), signal.unit, "", ignored);
 }
 
 }  // namespace
@@ -55,7 +55,7 @@ void PlotContent::add(const config::Expression& condition, const signals::Signal
          {std::pair(node.parts[0], node.parts[1]), std::pair(node.parts[1], node.parts[0])}) {
       const auto signal = signal_at(name);
       if (!signal) continue;
-      if (const auto value = constant_at(condition, constant, table.info(*signal).unit))
+      if (const auto value = constant_at(condition, constant, table.info(*signal)))
         limits.push_back({*signal, *value});
     }
   }

@@ -27,6 +27,10 @@ bool is_constant(const config::Expression& expression) {
 
 }  // namespace
 
+ConstantKind limit_kind(const signals::SignalInfo& signal) {
+  return signal.meaning == units::Meaning::difference ? ConstantKind::difference : ConstantKind::value;
+}
+
 std::optional<double> check_constant(const config::Expression& constant, ConstantKind kind,
                                      const std::string& unit, const std::string& what,
                                      config::Diagnostics& diagnostics) {
@@ -37,8 +41,10 @@ std::optional<double> check_constant(const config::Expression& constant, Constan
   }
   units::DifferenceUnit wanted{.symbol = unit};
   if (kind == ConstantKind::difference) wanted = units::difference_unit(unit);
-  auto program = expression::Program::compile(constant, NoNames(), {.unit = wanted.symbol, .what = what}, {},
-                                              diagnostics);
+  auto program = expression::Program::compile(
+      constant, NoNames(),
+      {.unit = wanted.symbol, .is_difference = kind == ConstantKind::difference, .what = what}, {},
+      diagnostics);
   if (!program) return std::nullopt;
   const double value = program->evaluate({}, 0.0) * wanted.factor;
   if (std::isfinite(value)) return value;

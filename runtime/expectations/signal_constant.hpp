@@ -9,10 +9,14 @@
 
 #include "runtime/config/expression.hpp"
 #include "runtime/expectations/judge.hpp"
+#include "runtime/signals/signal_table.hpp"
 
 namespace hil::expectations {
 
 enum class ConstantKind : std::uint8_t { value, difference };
+
+/// Of a limit of the signal: a difference where the signal is one, of two temperatures.
+ConstantKind limit_kind(const signals::SignalInfo& signal);
 
 /// In the unit of the signal. The expression was checked.
 double constant_value(const config::Expression& constant, ConstantKind kind, const std::string& unit);

@@ -106,10 +106,11 @@ std::shared_ptr<const config::Claim> read_statistics(const config::Value& entry,
   return StatisticsReader(entry["statistics"], context).read();
 }
 
-void check_step(const StepResponse& step, const std::string& unit, const ClaimCheck& check) {
-  const auto of = check_constant(step.of, ConstantKind::value, unit, "'of'", check.diagnostics);
+void check_step(const StepResponse& step, const signals::SignalInfo& signal, const ClaimCheck& check) {
+  const ConstantKind kind = limit_kind(signal);
+  const auto of = check_constant(step.of, kind, signal.unit, "'of'", check.diagnostics);
   if (!step.from) return;
-  const auto from = check_constant(*step.from, ConstantKind::value, unit, "'from'", check.diagnostics);
+  const auto from = check_constant(*step.from, kind, signal.unit, "'from'", check.diagnostics);
   if (of && from && *of == *from)
     check.diagnostics.add(step.from->place(), "'from': " + config::in_quotes(step.from->text()) +
                                                   " is the final value, so there is no step");
@@ -125,22 +126,22 @@ const char* key_of(Statistics::Figure figure) {
 void check_claim(const Statistics& claim, const ClaimCheck& check) {
   const signals::SignalId signal = check.known.find(claim.signal, check.diagnostics);
   if (!signal.valid()) return;
-  const std::string& unit = check.known.table().info(signal).unit;
+  const signals::SignalInfo& info = check.known.table().info(signal);
   for (const Statistics::Figure figure : all_figures) {
     const Limits& limits = claim.limits[figure];
     const ConstantKind kind =
-        figure == Statistics::standard_deviation ? ConstantKind::difference : ConstantKind::value;
+        figure == Statistics::standard_deviation ? ConstantKind::difference : limit_kind(info);
     std::optional<double> min, max;
-    if (limits.min) min = check_constant(*limits.min, kind, unit, "'min'", check.diagnostics);
-    if (limits.max) max = check_constant(*limits.max, kind, unit, "'max'", check.diagnostics);
+    if (limits.min) min = check_constant(*limits.min, kind, info.unit, "'min'", check.diagnostics);
+    if (limits.max) max = check_constant(*limits.max, kind, info.unit, "'max'", check.diagnostics);
     if (min && max && *max < *min) {
       check.diagnostics.add(limits.max->place(), "'max': " + config::in_quotes(limits.max->text()) +
                                                      " is less than 'min', " +
                                                      config::in_quotes(limits.min->text()));
     }
   }
-  if (claim.overshoot) check_step(claim.overshoot->step, unit, check);
-  if (claim.settling) check_step(claim.settling->step, unit, check);
+  if (claim.overshoot) check_step(claim.overshoot->step, info, check);
+  if (claim.settling) check_step(claim.settling->step, info, check);
 }
 
 config::ExpectationKind statistics_kind() {

@@ -55,6 +55,7 @@ class StatisticsJudge final : public Judge {
         claim_(claim),
         signal_(*context.table.find(claim.signal.text)),
         unit_(context.table.info(signal_).unit),
+        limit_kind_(limit_kind(context.table.info(signal_))),
         difference_(units::difference_unit(unit_)),
         coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage) {
     if (claim.overshoot) overshoot_of_ = values_of(claim.overshoot->step);
@@ -125,9 +126,9 @@ class StatisticsJudge final : public Judge {
  private:
   /// NaN: it begins at the value on the first tick.
   Step values_of(const StepResponse& step) const {
-    return {constant_value(step.of, ConstantKind::value, unit_),
-            step.from ? constant_value(*step.from, ConstantKind::value, unit_)
-                      : std::numeric_limits<double>::quiet_NaN()};
+    return {constant_value(step.of, limit_kind_, unit_), step.from
+                                                             ? constant_value(*step.from, limit_kind_, unit_)
+                                                             : std::numeric_limits<double>::quiet_NaN()};
   }
   void begin(double value, std::int64_t time_ns) noexcept {
     begin_ns_ = time_ns;
@@ -164,7 +165,7 @@ class StatisticsJudge final : public Judge {
       const bool is_difference = figure == Statistics::standard_deviation;
       const auto limit = [&](const config::Expression& text) {
         return is_difference ? constant_value(text, ConstantKind::difference, unit_) / difference_.factor
-                             : constant_value(text, ConstantKind::value, unit_);
+                             : constant_value(text, limit_kind_, unit_);
       };
       std::optional<std::int64_t> worst_ns;
       if (figure == Statistics::smallest) worst_ns = smallest_ns_;
@@ -211,6 +212,7 @@ class StatisticsJudge final : public Judge {
   const Statistics claim_;
   const signals::SignalId signal_;
   const std::string unit_;
+  const ConstantKind limit_kind_;
   const units::DifferenceUnit difference_;
   Coverage coverage_;
   Step overshoot_of_, settling_of_;
@@ -235,7 +237,7 @@ PlotContent plot_content_of(const Statistics& claim, const signals::SignalTable&
   const auto add_limit = [&](const std::optional<config::Expression>& constant) {
     if (constant)
       content.limits.push_back(
-          {signal, constant_value(*constant, ConstantKind::value, table.info(signal).unit)});
+          {signal, constant_value(*constant, limit_kind(table.info(signal)), table.info(signal).unit)});
   };
   for (std::size_t figure = 0; figure < claim.limits.size(); ++figure) {
     if (figure == Statistics::standard_deviation) continue;

@@ -1,6 +1,7 @@
 #include "runtime/expression/call_type.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -86,13 +87,24 @@ class CallTyping {
     }
     if (parts.size() < needed || (!repeats && parts.size() > kinds.size())) return wrong_count(i, function);
     const auto kind_of = [&](std::size_t k) { return k < kinds.size() ? kinds[k] : kinds.back(); };
-    // All q are alike: the first one that is not bare gives its unit to those that are.
+    // All q are alike: the first one that is not bare gives its unit to those that are. A number in degrees
+    // is a temperature or a difference as the others are.
+    const auto rank = [&](std::uint32_t part) {
+      const Type& type = operands_[part];
+      return type.kind == Type::Kind::bare ? 0 : type.temperature == Temperature::degrees ? 1 : 2;
+    };
     std::optional<std::uint32_t> like;
     for (std::size_t k = 0; k < parts.size(); ++k)
-      if (kind_of(k) == 'q' && (!like || operands_[*like].kind == Type::Kind::bare)) like = parts[k];
+      if (kind_of(k) == 'q' && (!like || rank(*like) < rank(parts[k]))) like = parts[k];
+    if (function.name == "noise" && !operands_.take_difference(*like, "'noise'")) return {};
     Type common = like ? operands_[*like] : Type{.kind = Type::Kind::bare};
     for (std::size_t k = 0; k < parts.size(); ++k)
       if (!check_argument(i, parts[k], kind_of(k), like, common)) return {};
+    constexpr std::array<std::string_view, 4> from_zero{"abs", "sign", "hypot", "mod"};
+    if (common.is_point() && std::ranges::find(from_zero, function.name) != from_zero.end())
+      return operands_.fail(i, in_quotes(function.name) + " of a temperature" +
+                                   (common.unit ? " in " + common.unit->symbol : std::string()) +
+                                   " depends on where its scale begins; write K, or take a difference");
     return result_type(i, function.signature[colon + 1], common, parts);
   }
 
@@ -118,6 +130,8 @@ class CallTyping {
         const auto both = operands_.joined(i, *like, part, Offset::of_values);
         if (!both) return false;
         if (!both->unit) common.unit.reset();
+        common.temperature = both->temperature;
+        common.angle = both->angle;
         return true;
       }
       default:  // r, p
@@ -131,7 +145,7 @@ class CallTyping {
     const Dimension time{{0, 0, 1}};
     if (!operands_.need_number(i, part)) return false;
     const Type& type = operands_[part];
-    if (type.kind != Type::Kind::quantity || type.dimension != time) {
+    if (type.kind != Type::Kind::quantity || type.dimension != time || type.angle.in_turns) {
       operands_.fail(part, in_quotes(operands_.name_of(i)) + " needs a duration, as '20 ms'");
       return false;
     }
@@ -165,9 +179,13 @@ class CallTyping {
       if (type.is_plain()) return true;
     } else {
       const auto wanted = units::product(common.dimension, {{0, 0, -1}});
-      if (type.kind == Type::Kind::quantity && wanted && type.dimension == *wanted) return true;
+      const units::Angle angle{common.angle.exponent, common.angle.in_turns, true};
+      if (type.kind == Type::Kind::quantity && wanted && type.dimension == *wanted &&
+          operands_.take_angle(part, angle))
+        return true;
       if (type.kind == Type::Kind::bare && common.unit && common.unit->offset == 0.0 && wanted) {
         Unit unit = *common.unit;
+        unit.symbol += unit.symbol.empty() ? "1/s" : "/s";
         unit.dimension = *wanted;
         operands_.take_unit(part, unit);
         return true;
@@ -188,8 +206,9 @@ class CallTyping {
         return operands_.fail(i,
                               in_quotes(common.opaque_unit) + " is not a known unit, so the result has none");
       Type made = quantity(*dimension);
-      if (common.kind == Type::Kind::bare || (common.unit && is_si(*common.unit)))
-        made.unit = si_unit(*dimension);
+      made.angle = {common.angle.exponent, common.angle.in_turns, true};
+      if (common.kind == Type::Kind::bare || (common.unit && units::is_si(*common.unit)))
+        made.unit = natural_unit(made);
       return made;
     };
     switch (kind) {
@@ -208,8 +227,15 @@ class CallTyping {
           return operands_.fail(
               parts[0], "a value in " + unit_text(common) + " has no square root, since its unit has none");
         if (common.kind == Type::Kind::bare) return type;
+        if (common.angle.in_turns && common.angle.exponent % 2 != 0 && !dimension->is_one())
+          return operands_.fail(parts[0], "a value in " + unit_text(common) +
+                                              " counts turns, of which there is no square root");
         Type made = quantity(*dimension);
-        if (common.unit && is_si(*common.unit)) made.unit = si_unit(*dimension);
+        if (common.angle.exponent % 2 == 0)
+          made.angle = {static_cast<std::int8_t>(common.angle.exponent / 2), common.angle.in_turns, true};
+        if (made.angle.exponent == 0) made.angle.in_turns = false;
+        if (dimension->is_one() || (common.unit && units::is_si(*common.unit)))
+          made.unit = natural_unit(made);
         return made;
       }
       case 'v':
@@ -233,6 +259,8 @@ class CallTyping {
         return operands_.fail(part, in_quotes(operands_[part].opaque_unit) + " is not a known unit");
     const auto limits = operands_.joined(i, parts[4], parts[5], Offset::of_values);
     if (!limits) return {};
+    if (limits->is_point())
+      return operands_.fail(parts[4], "'pid' has limits of a difference, as its output is one; write K");
     const Dimension output = limits->dimension, error = operands_[parts[0]].dimension;
     const auto inverse = units::power(error, -1);
     for (int k = 1; k <= 3; ++k) {
@@ -241,6 +269,15 @@ class CallTyping {
       const auto wanted = per_error ? units::product(*per_error, {{0, 0, seconds}}) : std::nullopt;
       const Type& gain = operands_[parts[static_cast<std::size_t>(k)]];
       if (gain.kind == Type::Kind::bare) continue;
+      const units::Angle& of_error = operands_[parts[0]].angle;
+      const int exponent = limits->angle.exponent - of_error.exponent;
+      const units::Angle angle{static_cast<std::int8_t>(std::clamp(exponent, -100, 100)),
+                               exponent != 0 && (limits->angle.in_turns || of_error.in_turns), true};
+      if (wanted && gain.dimension == *wanted &&
+          !operands_.take_angle(parts[static_cast<std::size_t>(k)], angle))
+        return operands_.fail(parts[static_cast<std::size_t>(k)],
+                              std::string("this gain is in ") + unit_text(gain) +
+                                  units::angle_hint(*wanted, gain.angle, angle));
       if (!wanted || gain.dimension != *wanted)
         return operands_.fail(
             parts[static_cast<std::size_t>(k)],
@@ -283,7 +320,9 @@ Type table_call_type(OperandTypes& operands, std::size_t node, const Table& tabl
     const Type& type = operands[part];
     if (type.kind == Type::Kind::bare) {
       operands.take_unit(part, unit);
-    } else if (type.kind != Type::Kind::quantity || type.dimension != unit.dimension) {
+    } else if (type.kind != Type::Kind::quantity || type.dimension != unit.dimension ||
+               (unit.offset != 0.0 && type.temperature == Temperature::difference) ||
+               !operands.take_angle(part, unit.angle)) {
       return operands.fail(part, "the table " + in_quotes(call.word.text) + " takes a value in " +
                                      unit_text(quantity(unit)) + "; this is in " + unit_text(type));
     }

@@ -25,7 +25,8 @@ class Compiler {
  public:
   Compiler(const Expression& expression, const Scope& scope, const CompileOptions& options,
            Diagnostics& diagnostics)
-      : nodes_(expression.nodes()),
+      : text_(expression.text()),
+        nodes_(expression.nodes()),
         types_(nodes_, diagnostics),
         scope_(scope),
         options_(options),
@@ -124,8 +125,9 @@ class Compiler {
   Type number_type(std::size_t i) {
     const Node& node = nodes_[i];
     if (!node.unit) return {.kind = Type::Kind::bare, .constant = node.number};
-    types_.conversion(i) = {node.unit->numerator, node.unit->denominator, node.unit->offset};
+    types_.conversion(i) = node.unit->to_si();
     Type type = quantity(*node.unit);
+    if (node.unit->offset != 0.0) type.temperature = Temperature::degrees;
     type.constant = node.unit->to_si(node.number);
     return type;
   }
@@ -142,8 +144,15 @@ class Compiler {
     const std::string& symbol = variables_[i]->unit;
     const auto unit = units::parse_unit(symbol);
     if (!unit) return {.kind = Type::Kind::opaque, .opaque_unit = symbol};
-    types_.conversion(i) = {unit->numerator, unit->denominator, unit->offset};
-    return quantity(*unit);
+    types_.conversion(i) = unit->to_si();
+    Type type = quantity(*unit);
+    type.lacks_unit = variables_[i]->lacks_unit;
+    if (variables_[i]->meaning == units::Meaning::written) return type;
+    type.angle.is_open = type.unit->angle.is_open = true;
+    if (type.temperature == Temperature::kelvin)
+      type.temperature = variables_[i]->meaning == units::Meaning::difference ? Temperature::difference
+                                                                              : Temperature::computed;
+    return type;
   }
 
   Type relation_type(std::size_t i) {
@@ -167,8 +176,27 @@ class Compiler {
       return;
     }
     if (scope_.is_broken(word.text)) return;
+    const std::string unit = unit_in_parentheses(word.text);
+    if (!unit.empty() && std::exchange(unit_in_parentheses_, unit) == unit)
+      return;  // one mistake for all of it
     diagnostics_.add(word.place, "there is no " + scope_.noun() + " " + in_quotes(word.text) +
-                                     config::suggestion(word.text, scope_.names()));
+                                     (unit.empty() ? config::suggestion(word.text, scope_.names())
+                                                   : "; a unit has no parentheses: write '" + unit +
+                                                         "' with blanks around the sign"));
+  }
+
+  /// What divides or multiplies by the unit in parentheses that the symbol is in: "/ (1 km/h)" for
+  /// `6 %/(km/h)`; "" where there is none.
+  std::string unit_in_parentheses(const std::string& symbol) const {
+    for (std::size_t begin = text_.find('('); begin != std::string::npos;
+         begin = text_.find('(', begin + 1)) {
+      const std::size_t sign = begin == 0 ? std::string::npos : text_.find_last_not_of(' ', begin - 1);
+      if (sign == std::string::npos || (text_[sign] != '/' && text_[sign] != '*')) continue;
+      const std::string inside = text_.substr(begin + 1, text_.find_first_of("()", begin + 1) - begin - 1);
+      if (inside.find(symbol) != std::string::npos && units::parse_unit(symbol) && units::parse_unit(inside))
+        return text_[sign] + (" (1 " + inside + ")");
+    }
+    return {};
   }
 
   Type quoted_type(std::size_t i) {
@@ -260,13 +288,13 @@ class Compiler {
 
   Type sum_type(std::size_t i) {
     const std::uint32_t left = nodes_[i].parts[0], right = nodes_[i].parts[1];
-    auto both = types_.joined(i, left, right, Offset::of_changes);
-    if (!both) return {};
     const bool is_sum = nodes_[i].operation == Operation::add;
-    // A temperature and a difference make a temperature, two temperatures a difference.
-    if (both->unit && both->unit->offset != 0.0) {
+    auto both = nodes_[i].is_margin ? types_.joined(i, left, right, Offset::of_values)
+                                    : types_.summed(i, left, right, is_sum);
+    if (!both) return {};
+    if (nodes_[i].is_margin && both->temperature != Temperature::none) {
+      both->temperature = Temperature::difference;
       both->unit.reset();
-      both->is_difference = !is_sum;
     }
     both->constant = folded(left, right, [&](double a, double b) { return is_sum ? a + b : a - b; });
     return *both;
@@ -297,20 +325,58 @@ class Compiler {
     const auto dimension = divides ? (inverse ? units::product(a.dimension, *inverse) : std::nullopt)
                                    : units::product(a.dimension, b.dimension);
     if (!dimension) return types_.fail(i, "the unit of this product has an exponent beyond 100");
+    for (const auto& [temperature, factor] : {std::pair(left, right), std::pair(right, left)}) {
+      const bool is_scaled = types_[factor].is_plain() && (temperature == left || !divides);
+      if (!types_[temperature].is_point() || !is_scaled) continue;
+      return types_.fail(i, "a temperature" + in_unit(types_[temperature]) +
+                                " times or over a plain number depends on where its scale begins; write K");
+    }
     Type type = quantity(*dimension);
-    const auto has_unit = [](const Type& part) { return part.unit && part.unit->offset == 0.0; };
-    const auto is_in_si = [](const Type& part) {
-      return part.kind == Type::Kind::bare || (part.unit && is_si(*part.unit));
-    };
-    // A plain factor leaves the unit of the other one: twice a value in % is in %.
-    if (b.is_plain() && has_unit(a))
-      type.unit = a.unit;
-    else if (a.is_plain() && !divides && has_unit(b))
-      type.unit = b.unit;
-    else if (is_in_si(a) && is_in_si(b))
-      type.unit = si_unit(*dimension);
+    if (!set_angle(type, a, b, divides ? -1 : 1))
+      return types_.fail(i, "the angle in the unit of this product has an exponent beyond 100");
     type.constant = constant;
+    // A plain factor leaves what the other one is: twice a value in % is in %.
+    if (is_factor(b, a) || (is_factor(a, b) && !divides)) {
+      const Type& scaled = is_factor(b, a) ? a : b;
+      type.temperature = scaled.temperature;
+      type.angle = scaled.angle;
+      type.unit = scaled.unit;
+      return type;
+    }
+    const auto is_in_si = [](const Type& part) {
+      return part.kind == Type::Kind::bare || (part.unit && units::is_si(*part.unit));
+    };
+    // An arc is in the unit of its radius.
+    for (const auto& [radius, angle] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+      const bool is_arc = angle->is_plain() && angle->angle.exponent != 0 && !angle->angle.in_turns &&
+                          radius->angle.exponent == 0 && !radius->dimension.is_one() &&
+                          !units::is_rate(radius->dimension) && (radius == &a || !divides);
+      if (is_arc) type.unit = radius->unit;
+    }
+    // Of one angle and a share, or of rates and times, it is an angle, and a number beside it may be in deg.
+    const bool is_angle = dimension->is_one() && std::abs(type.angle.exponent) == 1;
+    if ((is_in_si(a) && is_in_si(b)) || (dimension->is_one() && !is_angle)) type.unit = natural_unit(type);
+    if (type.unit && type.unit->offset != 0.0) type.unit.reset();
     return type;
+  }
+
+  static std::string in_unit(const Type& type) { return type.unit ? " in " + type.unit->symbol : ""; }
+
+  /// Whether the factor is a number without a unit, or a share of a value that is none.
+  static bool is_factor(const Type& factor, const Type& scaled) {
+    if (!factor.is_plain() || factor.angle.exponent != 0 || scaled.kind == Type::Kind::bare) return false;
+    return factor.kind == Type::Kind::bare || (factor.unit && units::is_si(*factor.unit)) ||
+           !scaled.dimension.is_one();
+  }
+
+  /// Of a product with the power of `b`. False: its exponent is beyond the limit.
+  static bool set_angle(Type& type, const Type& a, const Type& b, int power) {
+    const int exponent = a.angle.exponent + power * b.angle.exponent;
+    if (std::abs(exponent) > 100) return false;
+    type.angle = {.exponent = static_cast<std::int8_t>(exponent),
+                  .in_turns = exponent != 0 && (a.angle.in_turns || b.angle.in_turns),
+                  .is_open = true};
+    return true;
   }
 
   Type minus_type(std::size_t i) {
@@ -319,11 +385,11 @@ class Compiler {
     Type type = types_[part];
     if (type.constant) type.constant = -*type.constant;
     // -20 degC is the temperature below zero.
-    if (type.unit && type.unit->offset != 0.0) {
+    if (type.is_point()) {
       if (nodes_[part].operation != Operation::number)
-        return types_.fail(i, "a temperature in " + type.unit->symbol + " has no opposite; use K");
+        return types_.fail(i, "a temperature" + in_unit(type) + " has no opposite; use K");
       types_.conversion(part) = {};
-      types_.conversion(i) = {type.unit->numerator, type.unit->denominator, type.unit->offset};
+      types_.conversion(i) = type.unit->to_si();
       type.constant = type.unit->to_si(-nodes_[part].number);
     }
     return type;
@@ -335,8 +401,9 @@ class Compiler {
     const Type& a = types_[base];
     if (!types_[exponent].is_plain()) return types_.fail(i, "an exponent is a plain number");
     const auto constant = folded(base, exponent, [](double x, double y) { return std::pow(x, y); });
+    if (a.kind == Type::Kind::bare) return {.kind = Type::Kind::bare, .constant = constant};
     if (a.is_plain()) {
-      Type type = a;
+      Type type = quantity(si_unit({}));
       type.constant = constant;
       return type;
     }
@@ -349,7 +416,9 @@ class Compiler {
     const auto dimension = units::power(a.dimension, static_cast<int>(*power));
     if (!dimension) return types_.fail(i, "the unit of this power has an exponent beyond 100");
     Type type = quantity(*dimension);
-    if (a.unit && is_si(*a.unit)) type.unit = si_unit(*dimension);
+    if (!set_angle(type, {}, a, static_cast<int>(*power)))
+      return types_.fail(i, "the angle in the unit of this power has an exponent beyond 100");
+    if (a.unit && units::is_si(*a.unit)) type.unit = natural_unit(type);
     type.constant = constant;
     return type;
   }
@@ -371,10 +440,41 @@ class Compiler {
   void keep_unit(const Type& type) {
     if (type.kind == Type::Kind::opaque) program_.unit_ = type.opaque_unit;
     if (type.kind != Type::Kind::quantity) return;
-    const Unit unit = type.unit && !type.is_difference ? *type.unit : si_unit(type.dimension);
-    if (unit.dimension.is_one() && is_si(unit)) return;
+    const bool is_difference = type.temperature == Temperature::difference;
+    const Unit unit = type.unit && !is_difference ? *type.unit : natural_unit(type);
+    if (is_difference) {
+      program_.meaning_ = units::Meaning::difference;
+    } else if (type.temperature == Temperature::computed ||
+               (units::is_rate(type.dimension) && type.angle.exponent == 0 && type.angle.is_open)) {
+      program_.meaning_ = units::Meaning::computed;
+    }
+    if (unit.dimension.is_one() && units::is_si(unit)) return;
     program_.unit_ = unit.symbol;
-    program_.to_wanted_ = *units::conversion(si_unit(unit.dimension), unit);
+    convert_to(unit);
+  }
+
+  /// The result, which converts to the unit.
+  void convert_to(const Unit& unit) {
+    const std::size_t last = nodes_.size() - 1;
+    const Type& type = types_[last];
+    const Operation operation = nodes_[last].operation;
+    // Not by way of the SI, where nothing is computed: 3000 rpm are 3000 rpm.
+    if (type.unit && (operation == Operation::number || (operation == Operation::name && variables_[last])))
+      types_.conversion(last) = *units::conversion(*type.unit, unit);
+    else
+      program_.to_wanted_ =
+          *units::conversion({.symbol = {}, .dimension = type.dimension, .angle = type.angle}, unit);
+  }
+
+  /// Of the wanted result.
+  static std::optional<Unit> unit_of(const Wanted& wanted) {
+    auto unit = units::parse_unit(*wanted.unit);
+    if (!unit || !wanted.is_rate) return unit;
+    const auto dimension = units::product(unit->dimension, {{0, 0, -1}});
+    if (!dimension) return std::nullopt;
+    unit->dimension = *dimension;
+    unit->angle.is_open = true;
+    return unit;
   }
 
   void want(const Wanted& wanted) {
@@ -393,29 +493,36 @@ class Compiler {
         types_.fail(last, wanted.what + " has to be true or false; this is a number");
       return;
     }
-    const auto unit = units::parse_unit(*wanted.unit);
+    const auto unit = unit_of(wanted);
+    if (wanted.is_rate) program_.unit_ += program_.unit_.empty() ? "1/s" : "/s";
+    const std::string& name = program_.unit_;
     if (type.kind == Type::Kind::truth) {
       if (!unit || !unit->dimension.is_one())
-        types_.fail(last, wanted.what + " is in " + unit_name(*wanted.unit) + "; this is true or false");
+        types_.fail(last, wanted.what + " is in " + unit_name(name) + "; this is true or false");
       return;
     }
     if (type.kind == Type::Kind::bare) return;  // it has the wanted unit
     if (!unit || type.kind == Type::Kind::opaque) {
-      if (type.kind == Type::Kind::opaque && type.opaque_unit == *wanted.unit) return;
-      types_.fail(last,
-                  wanted.what + " is in " + unit_name(*wanted.unit) + "; this is in " + unit_text(type));
+      if (type.kind == Type::Kind::opaque && type.opaque_unit == name) return;
+      types_.fail(last, wanted.what + " is in " + unit_name(name) + "; this is in " + unit_text(type));
       return;
     }
-    if (unit->dimension != type.dimension) {
-      types_.fail(last,
-                  wanted.what + " is in " + unit_name(*wanted.unit) + "; this is in " + unit_text(type));
+    if (unit->dimension != type.dimension || !units::turns_between(type.dimension, type.angle, unit->angle)) {
+      types_.fail(last, wanted.what + " is in " + unit_name(name) + "; this is in " + unit_text(type) +
+                            (unit->dimension == type.dimension
+                                 ? units::angle_hint(type.dimension, type.angle, unit->angle)
+                                 : ""));
       return;
     }
-    if (type.is_difference && unit->offset != 0.0) {
-      types_.fail(last, wanted.what + " is in " + *wanted.unit + "; this is a difference, which is in K");
-      return;
+    if (wanted.is_difference && !types_.take_difference(last, wanted.what)) return;
+    if (type.temperature == Temperature::difference) {
+      if (unit->offset != 0.0) {
+        types_.fail(last, wanted.what + " is in " + name + "; this is a difference, which is in K");
+        return;
+      }
+      program_.meaning_ = units::Meaning::difference;
     }
-    program_.to_wanted_ = *units::conversion(si_unit(unit->dimension), *unit);
+    convert_to(*unit);
   }
 
   // ---- instructions
@@ -479,6 +586,7 @@ class Compiler {
     add(call);
   }
 
+  const std::string& text_;
   const std::span<const Node> nodes_;
   OperandTypes types_;
   const Scope& scope_;
@@ -487,6 +595,7 @@ class Compiler {
   std::vector<bool> is_untyped_;                    ///< by node: it has no type, as arguments of relations
   std::vector<std::optional<Variable>> variables_;  ///< of names and relations
   std::vector<std::optional<double>> named_;        ///< values of value names
+  std::string unit_in_parentheses_;                 ///< the last one that was reported
   Program program_;
   std::size_t depth_ = 0, max_depth_ = 0;
 };

@@ -1,5 +1,11 @@
 #include "runtime/expression/operand_types.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "runtime/config/numbers.hpp"
+
 namespace hil::expression {
 namespace {
 
@@ -9,17 +15,27 @@ using units::Dimension;
 using units::Unit;
 using Operation = Expression::Operation;
 
-bool is_same(const Unit& a, const Unit& b) {
-  return a.numerator == b.numerator && a.denominator == b.denominator && a.offset == b.offset;
+constexpr Dimension kelvins{{0, 0, 0, 0, 1}};
+
+/// "rev2": the angle with a positive exponent.
+std::string angle_symbol(const units::Angle& angle) {
+  const int exponent = std::abs(angle.exponent);
+  return (angle.in_turns ? "rev" : "rad") + (exponent == 1 ? std::string() : std::to_string(exponent));
 }
 
 }  // namespace
 
 Type quantity(const Unit& unit) {
-  return {.kind = Type::Kind::quantity, .dimension = unit.dimension, .unit = unit};
+  Type type{.kind = Type::Kind::quantity, .dimension = unit.dimension, .unit = unit, .angle = unit.angle};
+  if (unit.dimension == kelvins)
+    type.temperature = unit.offset != 0.0 ? Temperature::point : Temperature::kelvin;
+  return type;
 }
 Type quantity(const Dimension& dimension) {
-  return {.kind = Type::Kind::quantity, .dimension = dimension};
+  return {.kind = Type::Kind::quantity,
+          .dimension = dimension,
+          .temperature = dimension == kelvins ? Temperature::computed : Temperature::none,
+          .angle = {.is_open = true}};
 }
 Type truth() {
   return {.kind = Type::Kind::truth};
@@ -28,13 +44,27 @@ Type truth() {
 Unit si_unit(const Dimension& dimension) {
   return {.symbol = units::si_symbol(dimension), .dimension = dimension};
 }
-bool is_si(const Unit& unit) {
-  return unit.numerator == unit.denominator && unit.offset == 0.0;
+Unit natural_unit(const Type& type) {
+  const Unit plain = si_unit(type.dimension);
+  const bool has_angle =
+      type.dimension.is_one()
+          ? type.angle.exponent == 1 && type.angle.in_turns
+          : type.angle.exponent != 0 && (type.angle.in_turns || units::is_rate(type.dimension));
+  if (!has_angle) return plain;
+  if (type.dimension.is_one()) return *units::parse_unit("rev");
+  const std::string angle = angle_symbol(type.angle);
+  std::string symbol = plain.symbol;
+  if (type.angle.exponent < 0)
+    symbol += (symbol.find('/') == std::string::npos ? "/" : " ") + angle;
+  else
+    symbol = symbol.starts_with("1/") ? angle + symbol.substr(1) : angle + " " + symbol;
+  const auto unit = units::parse_unit(symbol);
+  return unit ? *unit : plain;
 }
 std::string unit_text(const Type& type) {
   if (type.kind == Type::Kind::opaque) return type.opaque_unit;
   if (type.unit && !type.unit->symbol.empty()) return type.unit->symbol;
-  return type.dimension.is_one() ? "a plain number" : units::si_symbol(type.dimension);
+  return type.dimension.is_one() ? "a plain number" : natural_unit(type).symbol;
 }
 
 Type OperandTypes::fail(std::size_t node, const std::string& message) {
@@ -66,16 +96,169 @@ std::optional<Type> OperandTypes::joined(std::size_t at, std::uint32_t first, st
     fail(at, in_quotes(name_of(at)) + " has operands in " + unit_text(a) + " and " + unit_text(b));
     return std::nullopt;
   }
-  const auto has_offset = [](const Type& part) { return part.unit && part.unit->offset != 0.0; };
-  if ((a.is_difference && has_offset(b)) || (b.is_difference && has_offset(a))) {
-    fail(at, in_quotes(name_of(at)) + " has a difference of temperatures and a temperature in " +
-                 unit_text(a.is_difference ? b : a) + "; a difference is in K");
+  warn_of_missing_unit(first, b);
+  warn_of_missing_unit(second, a);
+  Type type = quantity(a.dimension);
+  if (a.unit && b.unit && units::is_same(*a.unit, *b.unit)) type.unit = a.unit;
+  const auto temperature = alike(at, first, second);
+  const auto angle = alike_angle(at, first, second);
+  if (!temperature || !angle) return std::nullopt;
+  type.temperature = types_[first].temperature = *temperature;  // further arguments of a function are alike
+  type.angle = types_[first].angle = *angle;
+  return type;
+}
+
+/// The temperatures of a comparison, or of values of one kind.
+std::optional<Temperature> OperandTypes::alike(std::size_t at, std::uint32_t first, std::uint32_t second) {
+  using enum Temperature;
+  const Temperature a = types_[first].temperature, b = types_[second].temperature;
+  const auto one_is = [&](Temperature temperature) { return a == temperature || b == temperature; };
+  const std::uint32_t other = a == degrees ? second : first;  // beside degrees
+  if (a == b) return a;
+  if (one_is(degrees) && one_is(difference)) {
+    settle_as_difference(a == degrees ? first : second);
+    return difference;
+  }
+  if (one_is(degrees) && one_is(computed)) {
+    fail(at, in_quotes(name_of(at)) + " has a number in " + unit_text(types_[a == degrees ? first : second]) +
+                 " beside a computed value in " + unit_text(types_[other]) +
+                 ", which may be a temperature or a difference; write the number in K");
     return std::nullopt;
   }
-  Type type = quantity(a.dimension);
-  type.is_difference = a.is_difference && b.is_difference;
-  if (a.unit && b.unit && is_same(*a.unit, *b.unit)) type.unit = a.unit;
+  if (one_is(point) && one_is(difference)) {
+    fail(at, in_quotes(name_of(at)) + " has a difference of temperatures and a temperature in " +
+                 unit_text(types_[a == point ? first : second]) + "; a difference is in K");
+    return std::nullopt;
+  }
+  for (const Temperature result : {point, degrees, difference, computed})
+    if (one_is(result)) return result == degrees ? point : result;
+  return a;
+}
+
+std::optional<Type> OperandTypes::summed(std::size_t at, std::uint32_t first, std::uint32_t second,
+                                         bool is_sum) {
+  const auto is_temperature = [&](std::uint32_t part) {
+    return types_[part].kind == Type::Kind::quantity && types_[part].temperature != Temperature::none;
+  };
+  if (!is_temperature(first) || !is_temperature(second)) return joined(at, first, second, Offset::of_changes);
+  Type type = quantity(kelvins);
+  const auto &a = types_[first].unit, &b = types_[second].unit;
+  if (a && b && a->offset == 0.0 && units::is_same(*a, *b)) type.unit = a;
+  const auto temperature =
+      is_sum ? sum_of_temperatures(at, first, second) : temperature_less(at, first, second);
+  if (!temperature) return std::nullopt;
+  type.temperature = *temperature;
   return type;
+}
+
+std::optional<Temperature> OperandTypes::sum_of_temperatures(std::size_t at, std::uint32_t first,
+                                                             std::uint32_t second) {
+  using enum Temperature;
+  const Temperature a = types_[first].temperature, b = types_[second].temperature;
+  if (types_[first].is_point() && types_[second].is_point()) {
+    if (a == point && b == point) {
+      fail(at,
+           "the sum of two temperatures on their scales is none; a difference that is added is written in K");
+      return std::nullopt;
+    }
+    settle_as_difference(b == degrees ? second : first);
+    return point;
+  }
+  if (types_[first].is_point() || types_[second].is_point()) return point;
+  const auto is_kelvin_number = [&](std::uint32_t part) {
+    return types_[part].temperature == kelvin && nodes_[part].operation == Operation::number;
+  };
+  if (a == difference && (b == difference || is_kelvin_number(second))) return difference;
+  if (b == difference && is_kelvin_number(first)) return difference;
+  return a == kelvin && b == kelvin ? kelvin : computed;
+}
+
+std::optional<Temperature> OperandTypes::temperature_less(std::size_t at, std::uint32_t first,
+                                                          std::uint32_t second) {
+  using enum Temperature;
+  const Temperature a = types_[first].temperature, b = types_[second].temperature;
+  if (types_[second].is_point()) {
+    if (a != difference) return difference;
+    fail(at, "a difference of temperatures less a temperature in " + unit_text(types_[second]) +
+                 " is none; write the difference in K");
+    return std::nullopt;
+  }
+  if (types_[first].is_point()) return point;
+  if (a == difference) return difference;
+  return b == kelvin && nodes_[second].operation == Operation::number ? a : computed;
+}
+
+bool OperandTypes::take_difference(std::uint32_t part, const std::string& reader) {
+  const Type& type = types_[part];
+  if (type.temperature == Temperature::point) {
+    fail(part, reader + " needs a difference of temperatures; this is a temperature" +
+                   (type.unit ? " in " + type.unit->symbol : std::string()) + "; a difference is in K");
+    return false;
+  }
+  if (type.temperature == Temperature::degrees) settle_as_difference(part);
+  return true;
+}
+
+/// Of a number in degrees, or what passes such numbers on: a sign, if, or a function of alike values.
+void OperandTypes::settle_as_difference(std::uint32_t part) {
+  Type& type = types_[part];
+  if (type.temperature != Temperature::degrees) return;
+  type.temperature = Temperature::difference;
+  if (type.constant && type.unit) *type.constant -= type.unit->offset;
+  type.unit.reset();
+  conversions_[part].offset = 0.0;
+  for (const std::uint32_t inner : nodes_[part].parts)
+    settle_as_difference(inner);
+}
+
+/// Converts one of both where one counts turns and the other one cycles.
+std::optional<units::Angle> OperandTypes::alike_angle(std::size_t at, std::uint32_t first,
+                                                      std::uint32_t second) {
+  const units::Angle a = types_[first].angle, b = types_[second].angle;
+  const Dimension& dimension = types_[first].dimension;
+  const auto turns = units::turns_between(dimension, b, a);
+  if (!turns) {
+    fail(at, in_quotes(name_of(at)) + " has operands in " + unit_text(types_[first]) + " and " +
+                 unit_text(types_[second]) + units::angle_hint(dimension, b, a));
+    return std::nullopt;
+  }
+  if (*turns != 0) {
+    const bool converts_first = a.in_turns && nodes_[at].operation != Operation::call;
+    take_angle(converts_first ? first : second, converts_first ? b : a);
+    return types_[converts_first ? second : first].angle;
+  }
+  const bool is_settled = a.exponent == b.exponent || units::is_rate(dimension);
+  if (!is_settled) return units::Angle{.is_open = true};
+  return a.exponent == 0 && a.is_open ? b : a;
+}
+
+bool OperandTypes::take_angle(std::uint32_t part, const units::Angle& angle) {
+  Type& type = types_[part];
+  const auto turns = units::turns_between(type.dimension, type.angle, angle);
+  if (!turns) return false;
+  if (*turns == 0) return true;
+  const Operation operation = nodes_[part].operation;
+  const bool is_read = operation == Operation::number || operation == Operation::name;
+  const Unit from = is_read && type.unit
+                        ? *type.unit
+                        : Unit{.symbol = {}, .dimension = type.dimension, .angle = type.angle};
+  const units::Conversion change =
+      *units::conversion(from, {.symbol = {}, .dimension = type.dimension, .angle = angle});
+  if (is_read && type.unit) {
+    conversions_[part] = change;
+  } else {
+    conversions_[part].numerator *= change.numerator;
+    conversions_[part].denominator *= change.denominator;
+  }
+  if (type.constant) *type.constant *= std::pow(2.0 * std::numbers::pi, *turns);
+  type.unit.reset();
+  type.angle = angle;
+  return true;
+}
+
+void OperandTypes::warn_of_missing_unit(std::uint32_t part, const Type& other) {
+  if (!types_[part].lacks_unit || !other.unit || units::is_si(*other.unit)) return;
+  diagnostics_.warn(nodes_[part].word.place, units::missing_unit_text(nodes_[part].word.text, *other.unit));
 }
 
 /// The bare number takes the unit of `other`.
@@ -99,11 +282,11 @@ std::optional<Type> OperandTypes::adopted(std::size_t at, std::uint32_t bare, st
 }
 
 void OperandTypes::take_unit(std::uint32_t bare, const Unit& unit) {
-  conversions_[bare] = {unit.numerator, unit.denominator, unit.offset};
-  if (types_[bare].constant) types_[bare].constant = unit.to_si(*types_[bare].constant);
-  types_[bare].kind = Type::Kind::quantity;
-  types_[bare].dimension = unit.dimension;
-  types_[bare].unit = unit;
+  const auto constant = types_[bare].constant;
+  conversions_[bare] = unit.to_si();
+  types_[bare] = quantity(unit);
+  if (unit.offset != 0.0) types_[bare].temperature = Temperature::degrees;
+  if (constant) types_[bare].constant = unit.to_si(*constant);
 }
 
 std::string OperandTypes::name_of(std::size_t node) const {

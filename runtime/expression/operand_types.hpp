@@ -16,6 +16,16 @@
 
 namespace hil::expression {
 
+/// What a value in K is. A point is a temperature on its scale, as 20 degC, a difference one of two points.
+enum class Temperature : std::uint8_t {
+  none,
+  point,
+  difference,
+  kelvin,    ///< in K: a point where one is needed, else a difference
+  computed,  ///< in K from other units, or of two values in K: the same, but not beside degrees
+  degrees,   ///< a number in degC or degF: a difference beside a difference, else a point
+};
+
 /// What an operand is.
 struct Type {
   enum class Kind : std::uint8_t {
@@ -30,20 +40,25 @@ struct Type {
   /// The unit of its names and numbers, if that is one; a bare number beside it takes it.
   std::optional<units::Unit> unit{};
   std::string opaque_unit{};
-  bool is_difference = false;        ///< of two values in a unit with an offset
+  Temperature temperature = Temperature::none;
+  units::Angle angle{};
+  bool lacks_unit = false;           ///< a signal of a device to which nothing gives a unit
   std::optional<double> constant{};  ///< its value, if it is known
 
   bool is_number() const { return kind == Kind::bare || kind == Kind::quantity || kind == Kind::opaque; }
   bool is_plain() const { return kind == Kind::bare || (kind == Kind::quantity && dimension.is_one()); }
+  /// A temperature on its scale, unless it becomes a difference.
+  bool is_point() const { return temperature == Temperature::point || temperature == Temperature::degrees; }
 };
 
 Type quantity(const units::Unit& unit);
+/// Computed from several units.
 Type quantity(const units::Dimension& dimension);
 Type truth();
 
 units::Unit si_unit(const units::Dimension& dimension);
-/// Whether its values are those in the SI.
-bool is_si(const units::Unit& unit);
+/// The unit of the SI with the angle that counts in it: "rad/s".
+units::Unit natural_unit(const Type& type);
 /// For mistakes: "km/h", "a plain number".
 std::string unit_text(const Type& type);
 
@@ -75,9 +90,16 @@ class OperandTypes {
   std::string name_of(std::size_t node) const;
 
   /// The type of two numbers that have to be alike; a bare one takes the unit of the other. `at`: the node
-  /// that joins them.
+  /// that joins them. Of a call, the first one keeps its angle.
   std::optional<Type> joined(std::size_t at, std::uint32_t first, std::uint32_t second, Offset offset);
+  /// The type of a sum or a difference of two numbers.
+  std::optional<Type> summed(std::size_t at, std::uint32_t first, std::uint32_t second, bool is_sum);
   void take_unit(std::uint32_t bare, const units::Unit& unit);
+  /// False with a mistake: `part` is a temperature, not a difference. A number in degrees becomes a
+  /// difference. `reader` needs it: "'noise'".
+  bool take_difference(std::uint32_t part, const std::string& reader);
+  /// False: the value does not convert to this angle (units::turns_between).
+  bool take_angle(std::uint32_t part, const units::Angle& angle);
   /// False with a mistake: `part` is a truth.
   bool need_number(std::size_t at, std::uint32_t part);
   /// False with a mistake: `part` is neither a truth nor a plain number. `reader` needs it: "'and'".
@@ -85,6 +107,12 @@ class OperandTypes {
 
  private:
   std::optional<Type> adopted(std::size_t at, std::uint32_t bare, std::uint32_t other, Offset offset);
+  std::optional<Temperature> alike(std::size_t at, std::uint32_t first, std::uint32_t second);
+  std::optional<Temperature> sum_of_temperatures(std::size_t at, std::uint32_t first, std::uint32_t second);
+  std::optional<Temperature> temperature_less(std::size_t at, std::uint32_t first, std::uint32_t second);
+  std::optional<units::Angle> alike_angle(std::size_t at, std::uint32_t first, std::uint32_t second);
+  void settle_as_difference(std::uint32_t part);
+  void warn_of_missing_unit(std::uint32_t part, const Type& other);
 
   const std::span<const config::Expression::Node> nodes_;
   config::Diagnostics& diagnostics_;

@@ -7,7 +7,8 @@
 // unit takes the unit of the operand beside it: with `speed` in km/h, `speed > 50` compares with 50 km/h.
 // Where that operand is itself computed from different units, or the unit has an offset (degC) and the number
 // may be a difference, the number needs a unit. The result is converted to the unit that is wanted.
-// A signal whose unit is none (units::parse_unit) is used like a plain number.
+// A signal whose unit is none (units::parse_unit) is used like a plain number. A value in K is a temperature
+// (a point) or a difference of two; a rate counts radians, turns or cycles (units/unit.hpp).
 //
 // Truth. Comparisons, and, or, not and some functions are true or false. A plain number counts as true where
 // it is not 0. As a number true is 1.
@@ -47,6 +48,9 @@ struct Variable {
   const std::map<std::string, double>* named_values = nullptr;
   /// What has the value names has a mistake, so any name is accepted.
   bool accepts_any_name = false;
+  units::Meaning meaning = units::Meaning::written;
+  /// It comes from a device, and nothing gives it a unit: beside one that is not of the SI it adds a warning.
+  bool lacks_unit = false;
 };
 
 /// The names that an expression may use. `time`, the run time in seconds, is one of all expressions.
@@ -71,6 +75,8 @@ struct Wanted {
   bool truth = false;  ///< true or false; otherwise a number in `unit`
   /// Empty: the result has the unit of the expression (Program::unit), and may be true or false.
   std::optional<std::string> unit = "";
+  bool is_difference = false;  ///< of two values: in K, a difference of temperatures
+  bool is_rate = false;        ///< per second: in `unit` per second
   /// The expression and its unit in error texts: "the condition", "'level'".
   std::string what = "the expression";
 };
@@ -113,6 +119,8 @@ class Program {
 
   /// Of the values of evaluate; "" of plain numbers and truths.
   const std::string& unit() const noexcept { return unit_; }
+  /// Of the values in that unit.
+  units::Meaning meaning() const noexcept { return meaning_; }
   /// Indices of the variables that it reads, ascending, each once.
   const std::vector<std::uint32_t>& variables() const noexcept { return variables_; }
   bool has_state() const noexcept { return !state_.empty(); }
@@ -168,6 +176,7 @@ class Program {
   std::vector<std::uint32_t> variables_;
   units::Conversion to_wanted_{};
   std::string unit_;
+  units::Meaning meaning_ = units::Meaning::written;
   std::uint32_t min_values_ = 0;
 };
 

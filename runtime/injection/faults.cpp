@@ -178,7 +178,11 @@ void Faults::compile(const config::Scenario& scenario, const signals::KnownSigna
     const auto given = signals::with_named_values(*section.value, names, info.name, known, diagnostics);
     if (!given) continue;
     auto value = signals::SignalExpression::compile(
-        *given, known, {.unit = wanted.symbol, .what = "the value of fault '" + section.name.text + "'"},
+        *given, known,
+        {.unit = wanted.symbol,
+         .is_difference = wanted.is_difference,
+         .is_rate = wanted.is_rate,
+         .what = "the value of fault '" + section.name.text + "'"},
         {.period_ns = scenario.base_period_ns, .seed = modules::splitmix64(seed)}, diagnostics);
     if (!value) continue;
     check_constant_value(section, value->constant(), wanted.symbol, diagnostics);

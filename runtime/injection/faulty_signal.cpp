@@ -20,8 +20,8 @@ FaultValueUnit fault_value_unit(FaultKind kind, const std::string& unit_of_signa
   if (kind == FaultKind::gain) return {};
   if (kind == FaultKind::stuck) return {unit_of_signal};
   const units::DifferenceUnit difference = units::difference_unit(unit_of_signal);
-  if (kind != FaultKind::drift) return {difference.symbol, difference.factor};
-  return {difference.symbol.empty() ? "1/s" : difference.symbol + "/s", difference.factor};
+  const bool is_rate = kind == FaultKind::drift;
+  return {difference.symbol, difference.factor, !is_rate, is_rate};
 }
 
 SignalEffect::SignalEffect(const config::FaultSection& section, std::int64_t base_period_ns,

@@ -22,7 +22,9 @@ namespace hil::injection {
 /// What the value of a fault is in.
 struct FaultValueUnit {
   std::string symbol;
-  double factor = 1.0;  ///< to the unit of the signal
+  double factor = 1.0;         ///< to the unit of the signal
+  bool is_difference = false;  ///< of two values
+  bool is_rate = false;        ///< per second
 };
 FaultValueUnit fault_value_unit(config::FaultSection::Kind kind, const std::string& unit_of_signal);
 

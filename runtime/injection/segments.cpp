@@ -41,6 +41,7 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
       expression::Wanted wanted{.unit = unit, .what = what};
       if (i == 1 && (section.kind == SegmentKind::sine || section.kind == SegmentKind::noise)) {
         wanted.unit = difference.symbol;
+        wanted.is_difference = true;
         segment.second_factor = difference.factor;
       }
       seed = modules::splitmix64(seed);

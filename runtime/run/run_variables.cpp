@@ -61,7 +61,8 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
         {.name = variable.name.text,
          .unit = compiled->unit(),
          .writer = "variables",
-         .initial = before_the_run.evaluate(known.table(), 0, signals::Unpublished::initial_value)});
+         .initial = before_the_run.evaluate(known.table(), 0, signals::Unpublished::initial_value),
+         .meaning = compiled->meaning()});
     if (const double value = compiled->value_in_all_steps(&known); !std::isnan(value))
       known.set_constant(signal, value);
     // What reads the variable reads what it is computed from.

@@ -75,7 +75,8 @@ void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& k
                     .unit = port.unit,
                     .writer = "module " + section.module.text,
                     .initial = port.initial,
-                    .named_values = port.named_values},
+                    .named_values = port.named_values,
+                    .meaning = port.meaning},
                    section.module.place, diagnostics, wired.links.outputs);
       }
     }

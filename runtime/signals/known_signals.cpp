@@ -63,15 +63,29 @@ units::Conversion KnownSignals::conversion_for(SignalId signal, const std::strin
                                                const std::string& unit_of_reader, const config::Place& place,
                                                config::Diagnostics& diagnostics) const {
   if (!signal.valid()) return {};
-  const std::string& unit = table_.info(signal).unit;
-  if (unit.empty() || unit_of_reader.empty() || unit == unit_of_reader) return {};
+  const units::Meaning meaning = table_.info(signal).meaning;
+  const std::string &name = table_.info(signal).name, &unit = table_.info(signal).unit;
   const auto from = units::parse_unit(unit), to = units::parse_unit(unit_of_reader);
-  const auto found = from && to ? units::conversion(*from, *to) : std::nullopt;
-  if (found) return *found;
-  const std::string& unknown = !from ? unit : unit_of_reader;
-  diagnostics.add(place, "'" + table_.info(signal).name + "' is in " + unit + ", but '" + reader +
-                             "' is in " + unit_of_reader +
-                             (from && to ? "" : "; " + config::in_quotes(unknown) + " is not a known unit"));
+  if (const auto found = units::signal_conversion(unit, unit_of_reader, meaning)) {
+    if (unit.empty() && to && !units::is_si(*to))
+      diagnostics.warn(place,
+                       units::missing_unit_text(name, *to) + "; '" + reader + "' is in " + unit_of_reader);
+    if (unit_of_reader.empty() && from && !units::is_si(*from))
+      diagnostics.warn(place, units::missing_unit_text(reader, *from) + "; '" + name + "' is in " + unit);
+    return *found;
+  }
+  const auto text = [](const std::string& symbol) { return symbol.empty() ? "no unit" : symbol; };
+  std::string hint;
+  if (!from || !to)
+    hint = "; " + config::in_quotes(!from ? unit : unit_of_reader) + " is not a known unit";
+  else if (meaning == units::Meaning::difference && to->offset != 0.0)
+    hint = "; it is a difference of temperatures";
+  else if (from->dimension == to->dimension)
+    hint = units::angle_hint(
+        from->dimension, {from->angle.exponent, from->angle.in_turns, meaning == units::Meaning::computed},
+        to->angle);
+  diagnostics.add(place, "'" + name + "' is in " + text(unit) + ", but '" + reader + "' is in " +
+                             text(unit_of_reader) + hint);
   return {};
 }
 

@@ -68,8 +68,8 @@ class KnownSignals {
   SignalId find(const config::Word& name, config::Diagnostics& diagnostics) const;
 
   /// How values of a signal are converted for its reader (a channel of a device, an input of a module). A
-  /// mistake where the units are of different kinds. Where either has no unit, and for an invalid signal,
-  /// values are not converted.
+  /// mistake where the units are of different kinds. Without a unit, values are in the SI; beside a unit that
+  /// is not of the SI that adds a warning. Values of an invalid signal are not converted.
   units::Conversion conversion_for(SignalId signal, const std::string& reader,
                                    const std::string& unit_of_reader, const config::Place& place,
                                    config::Diagnostics& diagnostics) const;

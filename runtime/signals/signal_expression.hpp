@@ -47,6 +47,7 @@ class SignalExpression {
   /// Compiled with known signals: its value where that is the same in each step.
   std::optional<double> constant() const noexcept { return constant_; }
   const std::string& unit() const noexcept { return program_.unit(); }
+  units::Meaning meaning() const noexcept { return program_.meaning(); }
   /// Those that it reads, in the order of their first mention.
   const std::vector<SignalId>& signals() const noexcept { return signals_; }
 

@@ -24,7 +24,9 @@ std::optional<expression::Variable> SignalScope::find(std::string_view name) con
   const auto place = std::ranges::find(signals_, *signal);
   return expression::Variable{.index = static_cast<std::uint32_t>(place - signals_.begin()),
                               .unit = info.unit,
-                              .named_values = &info.named_values};
+                              .named_values = &info.named_values,
+                              .meaning = info.meaning,
+                              .lacks_unit = info.arrives && info.unit.empty()};
 }
 
 bool SignalScope::is_broken(std::string_view name) const {

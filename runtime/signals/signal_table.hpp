@@ -17,6 +17,8 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/units/unit.hpp"
+
 namespace hil::signals {
 
 /// NAME.faulted is the signal of what the readers of the signal NAME get while a fault acts on it.
@@ -36,6 +38,7 @@ struct SignalInfo {
   bool arrives = false;         ///< received from a device: unknown while not fresh
   std::int64_t timeout_ns = 0;  ///< if `arrives`: time for which its value stays fresh; 0: without limit
   std::map<std::string, double> named_values = {};  ///< value names, as a bus describes them
+  units::Meaning meaning = units::Meaning::written;
 };
 
 /// A value and its run time: the arrival of the bytes for a device's input, the tick for a module's output.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <span>
 #include <utility>
@@ -17,10 +18,11 @@ struct Symbol {
   std::array<std::int8_t, 7> exponents;  // m, kg, s, A, K, mol, cd
   double numerator = 1.0, denominator = 1.0;
   double offset = 0.0;
+  std::int8_t angle = 0, turns = 0;  ///< exponents
 };
 
 // With prefixes.
-constexpr std::array<Symbol, 28> prefixable{{
+constexpr std::array<Symbol, 29> prefixable{{
     {"m", {1}},
     {"g", {0, 1}, 1.0, 1000.0},
     {"s", {0, 0, 1}},
@@ -28,7 +30,7 @@ constexpr std::array<Symbol, 28> prefixable{{
     {"K", {0, 0, 0, 0, 1}},
     {"mol", {0, 0, 0, 0, 0, 1}},
     {"cd", {0, 0, 0, 0, 0, 0, 1}},
-    {"rad", {}},
+    {"rad", {}, 1.0, 1.0, 0.0, 1},
     {"Hz", {0, 0, -1}},
     {"N", {1, 1, -2}},
     {"Pa", {-1, 1, -2}},
@@ -38,6 +40,7 @@ constexpr std::array<Symbol, 28> prefixable{{
     {"V", {2, 1, -3, -1}},
     {"F", {-2, -1, 4, 2}},
     {"Ohm", {2, 1, -3, -2}},
+    {"ohm", {2, 1, -3, -2}},
     {"S", {-2, -1, 3, 2}},
     {"Wb", {2, 1, -2, -1}},
     {"T", {0, 1, -2, -1}},
@@ -51,18 +54,18 @@ constexpr std::array<Symbol, 28> prefixable{{
     {"Ah", {0, 0, 1, 1}, 3600.0},
 }};
 
-constexpr std::array<Symbol, 27> without_prefix{{
+constexpr std::array<Symbol, 26> without_prefix{{
     {"min", {0, 0, 1}, 60.0},
     {"h", {0, 0, 1}, 3600.0},
     {"d", {0, 0, 1}, 86400.0},
     {"sec", {0, 0, 1}},
     {"msec", {0, 0, 1}, 1.0, 1000.0},
-    {"deg", {}, pi, 180.0},
+    {"deg", {}, pi, 180.0, 0.0, 1},
     {"%", {}, 1.0, 100.0},
     {"ppm", {}, 1.0, 1e6},
-    {"rev", {}, 2.0 * pi},
-    {"rpm", {0, 0, -1}, pi, 30.0},
-    {"RPM", {0, 0, -1}, pi, 30.0},
+    {"rev", {}, 1.0, 1.0, 0.0, 1, 1},
+    {"rpm", {0, 0, -1}, 1.0, 60.0, 0.0, 1, 1},
+    {"RPM", {0, 0, -1}, 1.0, 60.0, 0.0, 1, 1},
     {"t", {0, 1}, 1000.0},
     {"gn", {1, 0, -2}, 9.80665},
     {"kph", {1, 0, -1}, 5.0, 18.0},
@@ -78,7 +81,6 @@ constexpr std::array<Symbol, 27> without_prefix{{
     {"atm", {-1, 1, -2}, 101325.0},
     {"degC", {0, 0, 0, 0, 1}, 1.0, 1.0, 273.15},
     {"degF", {0, 0, 0, 0, 1}, 5.0, 9.0, 459.67 * 5.0 / 9.0},
-    {"1", {}},
 }};
 
 /// Two symbols that are written without a sign between them.
@@ -188,7 +190,8 @@ class UnitParser {
       if (!parse_factor(is_denominator)) return std::nullopt;
       skip_blanks();
       if (at_ == text_.size()) break;
-      if (text_[at_] == '/') {
+      after_stroke_ = text_[at_] == '/';
+      if (after_stroke_) {
         is_denominator = true;
         ++at_;
       } else if (text_[at_] == '.') {
@@ -197,7 +200,8 @@ class UnitParser {
       skip_blanks();
       if (at_ == text_.size()) return std::nullopt;  // nothing after the sign
     }
-    if (factors_ != 1) unit_.offset = 0.0;
+    if (symbols_ != 1) unit_.offset = 0.0;
+    if (unit_.angle.exponent == 0) unit_.angle.in_turns = false;
     return unit_;
   }
 
@@ -208,13 +212,10 @@ class UnitParser {
   }
 
   bool parse_factor(bool is_denominator) {
+    if (is_digit(text_[at_])) return parse_number(is_denominator);
     const std::size_t begin = at_;
-    if (text_[at_] == '1') {
+    while (at_ < text_.size() && is_letter(text_[at_]))
       ++at_;
-    } else {
-      while (at_ < text_.size() && is_letter(text_[at_]))
-        ++at_;
-    }
     std::string_view text = text_.substr(begin, at_ - begin);
     const auto pair = std::ranges::find(products, text, &Product::text);
     if (pair != products.end()) {
@@ -225,6 +226,26 @@ class UnitParser {
     const auto exponent = parse_exponent();
     if (!symbol || !exponent) return false;
     return multiply(*symbol, is_denominator ? -*exponent : *exponent);
+  }
+
+  /// A factor before a symbol: 10mV, l/100km, l/100 km. 1 needs no symbol.
+  bool parse_number(bool is_denominator) {
+    const std::size_t begin = at_;
+    double value = 0.0;
+    for (; at_ < text_.size() && is_digit(text_[at_]); ++at_)
+      value = 10.0 * value + (text_[at_] - '0');
+    double scale = 1.0;
+    if (at_ + 1 < text_.size() && text_[at_] == '.' && is_digit(text_[at_ + 1])) {
+      for (++at_; at_ < text_.size() && is_digit(text_[at_]); ++at_) {
+        value = 10.0 * value + (text_[at_] - '0');
+        scale *= 10.0;
+      }
+    }
+    if (at_ - begin > max_digits) return false;
+    if (value == 1.0 && scale == 1.0) return true;
+    if (after_stroke_) skip_blanks();
+    if (at_ == text_.size() || !is_letter(text_[at_])) return false;
+    return scale_by(is_denominator ? scale : value, is_denominator ? value : scale);
   }
 
   /// 1 without one.
@@ -248,23 +269,39 @@ class UnitParser {
   bool multiply(const Symbol& symbol, int exponent) {
     const auto raised = power({symbol.exponents}, exponent);
     const auto dimension = raised ? product(unit_.dimension, *raised) : std::nullopt;
-    if (!dimension) return false;
+    const int angle = unit_.angle.exponent + exponent * symbol.angle;
+    const int turns = unit_.turns + exponent * symbol.turns;
+    if (!dimension || std::abs(angle) > max_exponent || std::abs(turns) > max_exponent) return false;
     unit_.dimension = *dimension;
+    unit_.angle.exponent = static_cast<std::int8_t>(angle);
+    unit_.angle.in_turns |= symbol.turns != 0;
+    unit_.turns = static_cast<std::int8_t>(turns);
     const double numerator = std::pow(symbol.numerator, std::abs(exponent));
     const double denominator = std::pow(symbol.denominator, std::abs(exponent));
-    unit_.numerator *= exponent >= 0 ? numerator : denominator;
-    unit_.denominator *= exponent >= 0 ? denominator : numerator;
     unit_.offset = exponent == 1 ? symbol.offset : 0.0;
-    ++factors_;
+    ++symbols_;
+    return scale_by(exponent >= 0 ? numerator : denominator, exponent >= 0 ? denominator : numerator);
+  }
+
+  bool scale_by(double numerator, double denominator) {
+    unit_.numerator *= numerator;
+    unit_.denominator *= denominator;
     return std::isfinite(unit_.numerator) && std::isfinite(unit_.denominator) && unit_.numerator > 0.0 &&
            unit_.denominator > 0.0;
   }
 
+  static constexpr std::size_t max_digits = 15;
   const std::string_view text_;
   std::size_t at_ = 0;
-  int factors_ = 0;
+  bool after_stroke_ = false;
+  int symbols_ = 0;
   Unit unit_;
 };
+
+Conversion with_turns(Conversion scale, int turns) {
+  (turns > 0 ? scale.numerator : scale.denominator) *= std::pow(2.0 * pi, std::abs(turns));
+  return scale;
+}
 
 }  // namespace
 
@@ -295,6 +332,13 @@ std::optional<Dimension> square_root(const Dimension& dimension) noexcept {
     result.exponents[i] = static_cast<std::int8_t>(dimension.exponents[i] / 2);
   }
   return result;
+}
+
+bool is_rate(const Dimension& dimension) noexcept {
+  constexpr std::size_t seconds = 2;
+  for (std::size_t i = 0; i < dimension.exponents.size(); ++i)
+    if (i != seconds && dimension.exponents[i] != 0) return false;
+  return dimension.exponents[seconds] < 0;
 }
 
 std::string si_symbol(const Dimension& dimension) {
@@ -329,12 +373,76 @@ std::optional<Unit> parse_unit(std::string_view text) {
   return unit;
 }
 
+Conversion Unit::to_si() const noexcept {
+  return with_turns({numerator, denominator, offset}, turns);
+}
+Conversion Unit::difference_to_si() const noexcept {
+  return with_turns({numerator, denominator}, turns);
+}
+
+bool is_si(const Unit& unit) noexcept {
+  return unit.numerator == unit.denominator && unit.offset == 0.0 && unit.turns == 0;
+}
+
+bool is_same(const Unit& a, const Unit& b) noexcept {
+  return a.dimension == b.dimension && a.numerator == b.numerator && a.denominator == b.denominator &&
+         a.offset == b.offset && a.turns == b.turns && a.angle.exponent == b.angle.exponent;
+}
+
+std::optional<int> turns_between(const Dimension& dimension, const Angle& from, const Angle& to) noexcept {
+  if (dimension.is_one() || from.exponent == to.exponent) return 0;
+  const bool has_turns = from.in_turns || to.in_turns;
+  if (!is_rate(dimension) || (from.exponent != 0 && to.exponent != 0))
+    return has_turns ? std::nullopt : std::optional(0);
+  const bool is_open = (from.exponent == 0 ? from : to).is_open;
+  if (has_turns == is_open) return std::nullopt;  // turns beside what is open, radians beside cycles
+  return has_turns ? to.exponent - from.exponent : 0;
+}
+
 std::optional<Conversion> conversion(const Unit& from, const Unit& to) {
   if (from.dimension != to.dimension) return std::nullopt;
+  const auto turns = turns_between(from.dimension, from.angle, to.angle);
+  if (!turns) return std::nullopt;
   Conversion result{.numerator = from.numerator * to.denominator,
                     .denominator = from.denominator * to.numerator};
   result.offset = (from.offset - to.offset) * to.denominator / to.numerator;
-  return result;
+  return with_turns(result, from.turns + *turns - to.turns);
+}
+
+std::optional<Conversion> signal_conversion(const std::string& from, const std::string& to, Meaning meaning) {
+  if (from == to) return Conversion{};
+  auto source = parse_unit(from);
+  const auto target = parse_unit(to);
+  if (source) source->angle.is_open = meaning == Meaning::computed;
+  if (target && target->offset != 0.0 && meaning == Meaning::difference) return std::nullopt;
+  if (from.empty() || to.empty()) {
+    if (!source || !target) return Conversion{};
+    if (source->angle.in_turns || target->angle.in_turns) return std::nullopt;
+    const Unit& known = from.empty() ? *target : *source;
+    const Unit si{.symbol = {}, .dimension = known.dimension, .angle = known.angle};
+    return from.empty() ? conversion(si, known) : conversion(known, si);
+  }
+  return source && target ? conversion(*source, *target) : std::nullopt;
+}
+
+std::string missing_unit_text(const std::string& signal, const Unit& unit) {
+  std::array<char, 32> number{};
+  const double one =
+      conversion({.symbol = {}, .dimension = unit.dimension, .angle = unit.angle}, unit)->of(1.0);
+  std::snprintf(number.data(), number.size(), "%.6g", one);
+  return "'" + signal + "' has no unit, so it is in the SI, and 1 is " + number.data() + " " + unit.symbol +
+         "; 'units' of a CAN bus or 'unit' of a register or an output gives it one";
+}
+
+std::string angle_hint(const Dimension& dimension, const Angle& from, const Angle& to) {
+  if (turns_between(dimension, from, to)) return {};
+  if (!is_rate(dimension) || (from.exponent != 0 && to.exponent != 0))
+    return "; one of both counts turns: multiply or divide it by 1 rad (a turn is 2 pi) or by 1 rev (a turn "
+           "is "
+           "1)";
+  if (from.in_turns || to.in_turns)
+    return "; the computed rate may count radians or turns: multiply it by 1 rad or by 1 rev";
+  return "; an angular rate is no frequency: divide it by 1 rev, or multiply the frequency by 1 rev";
 }
 
 DifferenceUnit difference_unit(const std::string& symbol) {

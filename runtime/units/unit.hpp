@@ -3,10 +3,14 @@
 // dimension.
 //
 // A unit is a product of symbols with exponents: "m/s", "km/h", "kg m2", "1/min", "N m", "m/s^2", "m s-2",
-// "kWh". After a "/" the symbols up to the next one are in the denominator. Symbols have the prefixes of the
-// SI. Angles and shares are numbers of dimension 1: the radian is 1, the degree pi / 180, % is 1/100. "degC"
-// and "degF" (with a degree sign too) have an offset where they stand alone, and are differences in products.
-// "g" is the gram; the standard acceleration of gravity is "gn".
+// "kWh". After a "/" the symbols up to the next one are in the denominator. A number before a symbol is a
+// factor: "10mV", "l/100km". Symbols have the prefixes of the SI. Angles and shares are numbers of dimension
+// 1: the radian is 1, the degree pi / 180, the turn (rev) 2 pi, % is 1/100. "degC" and "degF" (with a degree
+// sign too) have an offset where they stand alone, and are differences in products. "g" is the gram; the
+// standard acceleration of gravity is "gn".
+//
+// Rates. A value per time counts radians (rad/s, deg/s), turns (rpm, rev/min) or cycles (Hz, 1/s, 1/min).
+// Turns convert to both others: 1 rpm is 1 1/min and 2 pi rad/min. Radians and cycles do not convert.
 //
 // Threads: pure functions.
 
@@ -31,21 +35,55 @@ std::optional<Dimension> power(const Dimension& dimension, int exponent) noexcep
 /// Empty: an exponent is odd.
 std::optional<Dimension> square_root(const Dimension& dimension) noexcept;
 
+/// Whether it is a number per time, or per a power of time.
+bool is_rate(const Dimension& dimension) noexcept;
+
 /// The unit of the SI with this dimension: "m/s", "kg m2/s3"; "1" of dimension 1.
 std::string si_symbol(const Dimension& dimension);
 
-/// A value in the unit is value * numerator / denominator + offset in the SI.
+/// The angle in a unit or in a computed value. In the SI an angle is in radians, so a turn is 2 pi.
+struct Angle {
+  std::int8_t exponent = 0;  ///< 1 of rad/s and rpm, -1 of N m/rad
+  bool in_turns = false;     ///< of rev and rpm; only with an exponent
+  /// Computed from other units, as v / r: without an angle, a rate may count radians or cycles.
+  bool is_open = false;
+};
+
+/// What the text of a unit does not say of a computed value in it.
+enum class Meaning : std::uint8_t {
+  written,     ///< nothing: what its unit says
+  computed,    ///< in 1/s it may count radians or cycles; in K it may be a temperature or a difference
+  difference,  ///< of two temperatures
+};
+
+/// Converts values of one unit to another: value * numerator / denominator + offset.
+struct Conversion {
+  double numerator = 1.0, denominator = 1.0, offset = 0.0;
+  double of(double value) const noexcept {
+    const double scaled = value * numerator / denominator;
+    return offset == 0.0 ? scaled : scaled + offset;  // -0 stays -0
+  }
+  bool is_identity() const noexcept { return numerator == denominator && offset == 0.0; }
+};
+
+/// A value in the unit is value * (2 pi)^turns * numerator / denominator + offset in the SI.
 struct Unit {
   std::string symbol;  ///< as it was written
   Dimension dimension;
   double numerator = 1.0, denominator = 1.0;
   double offset = 0.0;
+  std::int8_t turns = 0;
+  Angle angle{};
 
-  double to_si(double value) const noexcept { return value * numerator / denominator + offset; }
-  double from_si(double value) const noexcept { return (value - offset) * denominator / numerator; }
+  Conversion to_si() const noexcept;
   /// The same for a difference of two values.
-  double difference_to_si(double value) const noexcept { return value * numerator / denominator; }
+  Conversion difference_to_si() const noexcept;
+  double to_si(double value) const noexcept { return to_si().of(value); }
 };
+/// Whether its values are those in the SI.
+bool is_si(const Unit& unit) noexcept;
+/// Whether values in both units are the same numbers of the same kind.
+bool is_same(const Unit& a, const Unit& b) noexcept;
 
 /// The unit of differences of values in a unit: K where it has an offset, else the unit itself.
 struct DifferenceUnit {
@@ -58,17 +96,22 @@ DifferenceUnit difference_unit(const std::string& symbol);
 /// "", "-" and "1" are the unit of plain numbers. Empty: the text is no unit, or has an exponent beyond 100.
 std::optional<Unit> parse_unit(std::string_view text);
 
-/// Converts values of one unit to another: value * numerator / denominator + offset.
-struct Conversion {
-  double numerator = 1.0, denominator = 1.0, offset = 0.0;
-  double of(double value) const noexcept {
-    const double scaled = value * numerator / denominator;
-    return offset == 0.0 ? scaled : scaled + offset;  // -0 stays -0
-  }
-  bool is_identity() const noexcept { return numerator == denominator && offset == 0.0; }
-};
-
-/// Empty: the dimensions differ.
+/// Empty: the dimensions differ, or one counts radians and the other one cycles.
 std::optional<Conversion> conversion(const Unit& from, const Unit& to);
+/// The power of 2 pi by which a value of the dimension with one angle, both in the SI, is multiplied for the
+/// other one. Empty: they do not convert. Where a rate counts radians, cycles or turns is above; in other
+/// dimensions an angle in radians may be left out, and one in turns may not.
+std::optional<int> turns_between(const Dimension& dimension, const Angle& from, const Angle& to) noexcept;
+
+/// How the value of a signal is converted for its reader, by their units. Without a unit ("") a value is in
+/// the SI. Two texts that are alike, and a unit that is none beside "", convert nothing. Empty: the units are
+/// of different kinds, one is unknown, one is "" and the other one counts turns, or a difference of
+/// temperatures is read on a scale that does not begin at 0 K.
+std::optional<Conversion> signal_conversion(const std::string& from, const std::string& to,
+                                            Meaning meaning = Meaning::written);
+/// That a signal without a unit is read beside one in the unit: "'x' has no unit, ...".
+std::string missing_unit_text(const std::string& signal, const Unit& unit);
+/// Why two known units of one dimension do not convert, and what to write: "; ...". "" where they do.
+std::string angle_hint(const Dimension& dimension, const Angle& from, const Angle& to);
 
 }  // namespace hil::units

@@ -108,6 +108,7 @@ class BlockCompiler {
   struct Constant {
     double value = 0.0;
     std::string unit;
+    units::Meaning meaning = units::Meaning::written;
   };
   /// The value of an expression of parameters.
   std::optional<Constant> constant(const Expression& expression, const Wanted& wanted) {
@@ -123,7 +124,7 @@ class BlockCompiler {
       diagnostics_.add(expression.place(), wanted.what + " has no finite value");
       return std::nullopt;
     }
-    return Constant{value, program->unit()};
+    return Constant{value, program->unit(), program->meaning()};
   }
   std::optional<Constant> constant(const Value& text, const Wanted& wanted) {
     const auto expression = Expression::parse(text, diagnostics_);
@@ -171,9 +172,7 @@ class BlockCompiler {
 
   /// As the values of the signal are converted for the input.
   static std::map<std::string, double> in_unit(const std::string& unit, const ValueNames& names) {
-    if (unit.empty() || names.unit.empty() || unit == names.unit) return names.values;
-    const auto from = units::parse_unit(names.unit), to = units::parse_unit(unit);
-    const auto conversion = from && to ? units::conversion(*from, *to) : std::nullopt;
+    const auto conversion = units::signal_conversion(names.unit, unit);
     if (!conversion) return names.values;  // a mistake of the connection
     std::map<std::string, double> values;
     for (const auto& [name, value] : names.values)
@@ -202,8 +201,8 @@ class BlockCompiler {
       const auto value = constant(expression, {.unit = std::nullopt, .what = "parameter " + in_quotes(name)});
       if (!value) return;
       const std::uint32_t place = add_value(value->value);
-      names_.define(name, place, value->unit);
-      constants_.define(name, place, value->unit);
+      names_.define(name, place, value->unit, {}, false, value->meaning);
+      constants_.define(name, place, value->unit, {}, false, value->meaning);
       parameter_ports.push_back(
           {.name = name, .unit = value->unit, .about = "parameter of the block", .initial = value->value});
       parameter_values.push_back(place);
@@ -238,7 +237,7 @@ class BlockCompiler {
       BlockState& state = equations_.states.back();
       state.value = add_value(initial->value);
       state.initial = initial->value;
-      names_.define(name, state.value, initial->unit);
+      names_.define(name, state.value, initial->unit, {}, false, initial->meaning);
       if (section.has("derivative") && section.has("next"))
         diagnostics_.add(place, "'" + name + "' has a derivative and a next value; a state has one of them");
     });
@@ -301,7 +300,7 @@ class BlockCompiler {
                         auto program = compiled(expression, wanted_of(section, name));
                         if (!program) return;
                         const std::uint32_t place = add_value(0.0);
-                        names_.define(name, place, program->unit());
+                        names_.define(name, place, program->unit(), {}, false, program->meaning());
                         equations_.variables.push_back({place, std::move(*program)});
                       });
   }
@@ -331,9 +330,10 @@ class BlockCompiler {
   std::optional<Program> compiled_derivative(const Value& section, const std::string& name,
                                              const std::string& unit, double& unit_per_derivative) {
     const units::DifferenceUnit difference = units::difference_unit(unit);
-    const std::string wanted = difference.symbol.empty() ? "1/s" : difference.symbol + "/s";
     unit_per_derivative = difference.factor;
-    return compiled(section, "derivative", {.unit = wanted, .what = "the derivative of " + in_quotes(name)});
+    return compiled(
+        section, "derivative",
+        {.unit = difference.symbol, .is_rate = true, .what = "the derivative of " + in_quotes(name)});
   }
 
   /// Limits that are constants contain the initial value.
@@ -430,13 +430,17 @@ class BlockCompiler {
       }
       auto program = compiled(section["value"], wanted_of(section, name));
       if (!program) return;
-      ports_.outputs.push_back({.name = name, .unit = program->unit(), .about = "output of the block"});
+      ports_.outputs.push_back({.name = name,
+                                .unit = program->unit(),
+                                .about = "output of the block",
+                                .meaning = program->meaning()});
       equations_.outputs.push_back({0, std::move(program)});
     });
   }
 
   void add_output(const std::string& name, const expression::Variable& variable) {
-    Port port{.name = name, .unit = variable.unit, .about = "output of the block"};
+    Port port{
+        .name = name, .unit = variable.unit, .about = "output of the block", .meaning = variable.meaning};
     if (variable.named_values != nullptr) port.named_values = *variable.named_values;
     ports_.outputs.push_back(std::move(port));
     equations_.outputs.push_back({variable.index, std::nullopt});

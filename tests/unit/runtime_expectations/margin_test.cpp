@@ -47,6 +47,10 @@ TEST_F(Margins, AreInTheUnitOfTheSignals) {
   EXPECT_NEAR(margin_of("oil < 80"), -10.0, 1e-9);
   EXPECT_EQ(unit_, "K");
   EXPECT_NEAR(margin_of("oil < 80 degC"), -10.0, 1e-9);
+  EXPECT_NEAR(margin_of("oil < 80 degC + 5 degC"), -5.0, 1e-9);
+  EXPECT_NEAR(margin_of("oil - 70 degC < 23 degC"), 3.0, 1e-9) << "a difference beside a difference";
+  EXPECT_EQ(unit_, "K");
+  EXPECT_NEAR(margin_of("not (abs(oil - 95 degC) > 9 degF)"), 0.0, 1e-9);
 }
 
 TEST_F(Margins, OfAndOrNotAreTheLeastTheGreatestTheOpposite) {

@@ -18,13 +18,19 @@ namespace hil::expression::test {
 inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 /// a = 1, b = 2, lost = unknown; v = 10 m/s, kmh = 36 km/h, t = 20 degC, x = 3 m, dt = 0.5 s, raw = 7 steps;
-/// state = 2 with value names.
+/// state = 2 with value names; share = 50 %, angle = 90 deg, u = 50 degF, k = 300 K, n = 600 rpm,
+/// w = 2 rad/s, f = 10 Hz; rise = 8 K is a difference, rate = 4 1/s computed from other units;
+/// raw_share = 0.2 comes from a device and has no unit.
 class Names final : public Scope {
  public:
   std::optional<Variable> find(std::string_view name) const override {
     for (std::uint32_t i = 0; i < all.size(); ++i)
       if (all[i].name == name)
-        return Variable{.index = i, .unit = all[i].unit, .named_values = name == "state" ? &states : nullptr};
+        return Variable{.index = i,
+                        .unit = all[i].unit,
+                        .named_values = name == "state" ? &states : nullptr,
+                        .meaning = all[i].meaning,
+                        .lacks_unit = name == "raw_share"};
     return std::nullopt;
   }
   bool is_broken(std::string_view name) const override { return name.starts_with("broken."); }
@@ -44,11 +50,28 @@ class Names final : public Scope {
   struct Named {
     std::string name, unit;
     double value = 0.0;
+    units::Meaning meaning = units::Meaning::written;
   };
-  std::vector<Named> all{{"a", "", 1.0},     {"b", "", 2.0},        {"lost", "", unknown},
-                         {"v", "m/s", 10.0}, {"kmh", "km/h", 36.0}, {"t", "degC", 20.0},
-                         {"x", "m", 3.0},    {"dt", "s", 0.5},      {"raw", "steps", 7.0},
-                         {"state", "", 2.0}, {"share", "%", 50.0}};
+  std::vector<Named> all{{"a", "", 1.0},
+                         {"b", "", 2.0},
+                         {"lost", "", unknown},
+                         {"v", "m/s", 10.0},
+                         {"kmh", "km/h", 36.0},
+                         {"t", "degC", 20.0},
+                         {"x", "m", 3.0},
+                         {"dt", "s", 0.5},
+                         {"raw", "steps", 7.0},
+                         {"state", "", 2.0},
+                         {"share", "%", 50.0},
+                         {"angle", "deg", 90.0},
+                         {"u", "degF", 50.0},
+                         {"k", "K", 300.0},
+                         {"n", "rpm", 600.0},
+                         {"w", "rad/s", 2.0},
+                         {"f", "Hz", 10.0},
+                         {"rise", "K", 8.0, units::Meaning::difference},
+                         {"rate", "1/s", 4.0, units::Meaning::computed},
+                         {"raw_share", "", 0.2}};
   std::map<std::string, double> states{{"green", 1.0}, {"red", 2.0}, {"same", unknown}};
 };
 

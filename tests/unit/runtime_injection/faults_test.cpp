@@ -115,6 +115,16 @@ TEST_F(Faults, OfTemperaturesHaveOffsetsInKelvin) {
   EXPECT_NEAR(read("t").value, 25.0, 1e-9);
 }
 
+TEST_F(Faults, OfTemperaturesHaveDegreesAsDifferences) {
+  open(
+      "stimuli: [{name: s, drives: control.t, sequence: [{hold: 20 degC}]}]\n"
+      "faults: [{name: f, signal: control.t, offset: -5 degC}, {name: g, signal: control.t, offset: 18 "
+      "degF},\n"
+      "  {name: h, signal: control.t, noise: 0.001 degC}]\n");
+  run_to(1);
+  EXPECT_NEAR(read("t").value, 25.0, 0.05);
+}
+
 TEST_F(Faults, DoNotAllocateInTheTick) {
   open(
       "faults:\n  - {name: a, signal: plant.x, delay: 5 ms, at: 3 ms, for: 2 ms, every: 5 ms}\n"

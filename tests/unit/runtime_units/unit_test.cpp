@@ -56,6 +56,7 @@ TEST(Unit, ValuesInTheSi) {
   EXPECT_DOUBLE_EQ(si("1/min", 60.0), 1.0);
   EXPECT_DOUBLE_EQ(si("\u00b5V", 1.0), 1e-6);
   EXPECT_DOUBLE_EQ(si("k\u03a9", 1.0), 1e3);
+  EXPECT_DOUBLE_EQ(si("kohm", 1.0), si("kOhm", 1.0));
   EXPECT_DOUBLE_EQ(si("gn", 1.0), 9.80665);
 }
 
@@ -64,7 +65,7 @@ TEST(Unit, TemperaturesHaveAnOffsetWhereTheyStandAlone) {
     EXPECT_DOUBLE_EQ(si(unit, 20.0), 293.15) << unit;
   EXPECT_NEAR(si("degF", 212.0), 373.15, 1e-9);
   EXPECT_DOUBLE_EQ(si("degC/s", 20.0), 20.0);
-  EXPECT_DOUBLE_EQ(parse_unit("degC")->difference_to_si(20.0), 20.0);
+  EXPECT_DOUBLE_EQ(parse_unit("degC")->difference_to_si().of(20.0), 20.0);
 }
 
 TEST(Unit, DifferencesOfTemperaturesAreInKelvin) {
@@ -77,8 +78,11 @@ TEST(Unit, DifferencesOfTemperaturesAreInKelvin) {
 }
 
 TEST(Unit, OtherTextsAreNone) {
-  for (const char* unit : {"steps", "m//s", "m/", "/s", "m^", "m-", "m2-", "m-s", "2 m", "m+s", "km/hour",
-                           "xm", "m101", "mm^-101", "m 1 x", "kkm", "gauge", "\xb0"})
+  for (const char* unit : {"steps",   "m//s",  "m/",   "/s",      "m^",
+                           "m-",      "m2-",   "m-s",  "2 m",     "m+s",
+                           "km/hour", "xm",    "m101", "mm^-101", "m 1 x",
+                           "kkm",     "gauge", "\xb0", "0m",      "1/0 m",
+                           "100",     "1/100", "m 2",  "10.m",    "1234567890123456m"})
     EXPECT_FALSE(parse_unit(unit)) << unit;
 }
 
@@ -98,6 +102,99 @@ TEST(Unit, ConvertsIntoUnitsOfItsDimension) {
   const auto there = *conversion(*parse_unit("degF"), *parse_unit("K"));
   const auto back = *conversion(*parse_unit("K"), *parse_unit("degF"));
   EXPECT_NEAR(back.of(there.of(70.0)), 70.0, 1e-10);
+}
+
+TEST(Unit, ANumberBeforeASymbolIsAFactor) {
+  EXPECT_DOUBLE_EQ(si("l/100km", 8.0), 8e-8);
+  EXPECT_DOUBLE_EQ(si("l/100 km", 8.0), 8e-8);
+  EXPECT_DOUBLE_EQ(si("kWh/100km", 15.0), 15.0 * 3.6e6 / 1e5);
+  EXPECT_DOUBLE_EQ(si("10mV", 420.0), 4.2);
+  EXPECT_DOUBLE_EQ(si("100ms", 20.0), 2.0);
+  EXPECT_DOUBLE_EQ(si("0.25deg", 720.0), std::numbers::pi);
+  EXPECT_DOUBLE_EQ(si("100km2", 1.0), 1e8) << "the exponent is that of the symbol";
+  EXPECT_DOUBLE_EQ(si("0.1degC", 200.0), 293.15) << "tenths of degrees on the scale";
+  EXPECT_DOUBLE_EQ(si("1/100km", 1.0), 1e-5);
+  EXPECT_EQ(si("1/s", 3.0), 3.0);
+}
+
+double converted(const std::string& from, const std::string& to, double value) {
+  const auto found = conversion(*parse_unit(from), *parse_unit(to));
+  return found ? found->of(value) : std::nan("");
+}
+
+TEST(Unit, TurnsConvertIntoRadiansAndIntoCycles) {
+  EXPECT_EQ(converted("rpm", "1/min", 3000.0), 3000.0);
+  EXPECT_EQ(converted("1/min", "rpm", 3000.0), 3000.0);
+  EXPECT_EQ(converted("rpm", "Hz", 600.0), 10.0);
+  EXPECT_EQ(converted("rev/s", "1/s", 7.0), 7.0);
+  EXPECT_EQ(converted("U/min", "RPM", 600.0), 600.0);
+  EXPECT_DOUBLE_EQ(converted("rpm", "rad/s", 60.0), 2.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(converted("deg/s", "rpm", 6.0), 1.0);
+  EXPECT_DOUBLE_EQ(converted("rev/min", "deg/s", 1.0), 6.0);
+  EXPECT_EQ(converted("rpm/s", "Hz/s", 60.0), 1.0);
+  EXPECT_DOUBLE_EQ(converted("rpm/s", "rad/s2", 60.0), 2.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(converted("rev", "rad", 1.0), 2.0 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(converted("N m/rad", "N m/rev", 1.0), 2.0 * std::numbers::pi);
+}
+
+TEST(Unit, RadiansAreNoCycles) {
+  for (const char* radians : {"rad/s", "deg/s", "mrad/s", "rad/min"}) {
+    for (const char* cycles : {"Hz", "kHz", "1/s", "1/min", "1/h", "s-1"}) {
+      EXPECT_TRUE(std::isnan(converted(radians, cycles, 1.0))) << radians << " " << cycles;
+      EXPECT_TRUE(std::isnan(converted(cycles, radians, 1.0))) << radians << " " << cycles;
+    }
+  }
+  EXPECT_TRUE(std::isnan(converted("rad/s2", "Hz/s", 1.0)));
+  EXPECT_EQ(converted("N m rad/s", "W", 5.0), 5.0) << "elsewhere rad is 1";
+  EXPECT_EQ(converted("rad m/s2", "m/s2", 5.0), 5.0);
+  EXPECT_TRUE(std::isnan(converted("N m rpm", "W", 5.0))) << "a turn may be 1 or 2 pi";
+  EXPECT_TRUE(std::isnan(converted("l/rev", "l", 5.0)));
+}
+
+/// Each pair of random products of rates, by the rule of the guide.
+TEST(Unit, RandomRatesConvertByTheirKind) {
+  struct Rate {
+    const char* text;
+    char kind;
+    double si;  ///< turns and cycles: per second; radians: per second
+  };
+  const Rate rates[] = {{"rpm", 't', 1.0 / 60.0},
+                        {"rev/s", 't', 1.0},
+                        {"rev/min", 't', 1.0 / 60.0},
+                        {"rad/s", 'r', 1.0},
+                        {"deg/s", 'r', std::numbers::pi / 180.0},
+                        {"Hz", 'c', 1.0},
+                        {"1/min", 'c', 1.0 / 60.0},
+                        {"kHz", 'c', 1000.0},
+                        {"2rev/s", 't', 2.0},
+                        {"10deg/s", 'r', std::numbers::pi / 18.0},
+                        {"1/100ms", 'c', 10.0}};
+  const double turn = 2.0 * std::numbers::pi;
+  for (const Rate& from : rates) {
+    for (const Rate& to : rates) {
+      const double found = converted(from.text, to.text, 12.0);
+      const bool is_refused = (from.kind == 'r' && to.kind == 'c') || (from.kind == 'c' && to.kind == 'r');
+      EXPECT_EQ(std::isnan(found), is_refused) << from.text << " " << to.text;
+      if (is_refused) continue;
+      const double factor = from.kind == 't' && to.kind == 'r'   ? turn
+                            : from.kind == 'r' && to.kind == 't' ? 1.0 / turn
+                                                                 : 1.0;
+      EXPECT_NEAR(found / (12.0 * from.si * factor / to.si), 1.0, 1e-12) << from.text << " " << to.text;
+    }
+  }
+}
+
+TEST(Unit, WithoutAUnitASignalIsInTheSi) {
+  EXPECT_EQ(signal_conversion("", "%")->of(1.0), 100.0);
+  EXPECT_EQ(signal_conversion("%", "")->of(50.0), 0.5);
+  EXPECT_EQ(signal_conversion("", "km/h")->of(10.0), 36.0);
+  EXPECT_EQ(signal_conversion("km/h", "")->of(36.0), 10.0);
+  EXPECT_DOUBLE_EQ(signal_conversion("deg", "")->of(180.0), std::numbers::pi);
+  EXPECT_TRUE(signal_conversion("", "m")->is_identity());
+  EXPECT_TRUE(signal_conversion("steps", "")->is_identity());
+  EXPECT_TRUE(signal_conversion("steps", "steps")->is_identity());
+  EXPECT_FALSE(signal_conversion("steps", "m"));
+  EXPECT_FALSE(signal_conversion("", "rpm")) << "1 may be a turn or a radian per second";
 }
 
 /// The units of parameters are units of signals too, with the same factor and one dimension for a quantity.
