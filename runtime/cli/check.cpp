@@ -119,8 +119,14 @@ void add_check(CLI::App& app, int& exit_code) {
     const auto loaded = load(arguments->scenario, with_additions(arguments->additions, arguments->overrides));
     exit_code = loaded ? run::exit_passed : run::exit_bad_config;
     if (!loaded) return;
+    std::size_t warning_count = loaded->warning_count;
+    if (loaded->scenario->expectations.empty()) {
+      ++warning_count;
+      std::fprintf(stderr, "%s: warning: the scenario has no expectations, so a run checks nothing\n",
+                   arguments->scenario.c_str());
+    }
     const std::string warnings =
-        loaded->warning_count == 0 ? "" : ", " + counted(loaded->warning_count, "warning", "warnings");
+        warning_count == 0 ? "" : ", " + counted(warning_count, "warning", "warnings");
     std::printf("%s: %s; no mistakes%s\n", arguments->scenario.c_str(), contents(*loaded).c_str(),
                 warnings.c_str());
     if (arguments->lists_signals && loaded->wiring.signals.size() > 0)

@@ -33,7 +33,8 @@ std::string trouble_in_words(const RunRecord& record) {
 }
 
 bool run_completed(Verdict verdict) {
-  return verdict == Verdict::passed || verdict == Verdict::failed || verdict == Verdict::timing_broken;
+  return verdict == Verdict::passed || verdict == Verdict::completed || verdict == Verdict::failed ||
+         verdict == Verdict::timing_broken;
 }
 
 class Cases {
@@ -46,6 +47,7 @@ class Cases {
       of(expectation);
     open("run completed", record_.run_time_ns);
     if (!run_completed(record_.verdict)) complain("error", record_.reason, failures_text());
+    if (record_.verdict == Verdict::completed) xml_.leaf("skipped", {{"message", record_.reason}});
     xml_.close();
     timing();
     if (!record_.stimuli.empty() || !record_.faults.empty()) injections();
@@ -134,6 +136,7 @@ std::string junit_xml(const RunRecord& record) {
                          {"tests", tests},
                          {"failures", std::to_string(failures)},
                          {"errors", errors},
+                         {"skipped", record.verdict == Verdict::completed ? "1" : "0"},
                          {"time", time},
                          {"timestamp", record.started_at}});
   Cases(xml, record).all();

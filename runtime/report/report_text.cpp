@@ -112,6 +112,7 @@ std::string live_line(const LiveStatus& status, std::size_t columns) {
 
 std::string report_text(const RunRecord& record, const std::string& report_place) {
   std::string out = one_line(headline(record.verdict)) + ": " + one_line(reason_sentence(record)) + '\n';
+  if (!record.expectations.empty()) out += "expectations: " + to_ascii(held_sentence(record)) + '\n';
   add_failures(out, record);
   add_expectations(out, record);
   for (const std::string& sentence : sentences_of_unchecked_injections(record))
@@ -219,6 +220,8 @@ const char* headline(Verdict verdict) noexcept {
   switch (verdict) {
     case Verdict::passed:
       return "Passed";
+    case Verdict::completed:
+      return "Completed";
     case Verdict::failed:
       return "Failed";
     case Verdict::timing_broken:
@@ -235,14 +238,21 @@ const char* headline(Verdict verdict) noexcept {
   return "";
 }
 
+std::string held_sentence(const RunRecord& record) {
+  const auto held = std::ranges::count(record.expectations, ExpectationResult::held, &Expectation::result);
+  return count_text(static_cast<std::uint64_t>(held)) + " of " + count_text(record.expectations.size()) +
+         " held";
+}
+
 std::string reason_sentence(const RunRecord& record) {
   if (!record.reason.empty()) return record.reason;
   const auto failed = static_cast<std::uint64_t>(std::ranges::count_if(
       record.expectations, [](const Expectation& e) { return e.result != ExpectationResult::held; }));
   switch (record.verdict) {
     case Verdict::passed:
-      return record.expectations.empty() ? "The run completed; the scenario has no expectations."
-                                         : "Every expectation held.";
+      return "Every expectation held.";
+    case Verdict::completed:
+      return "nothing was checked: the scenario has no expectations";
     case Verdict::failed:
       return counted(failed, "expectation", "expectations") + " of " +
              count_text(record.expectations.size()) + " were not held.";

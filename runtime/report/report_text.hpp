@@ -60,5 +60,7 @@ const char* headline(Verdict verdict) noexcept;
 
 /// The reason of the record, or a sentence on the verdict when it has none.
 std::string reason_sentence(const RunRecord& record);
+/// "11 of 14 held": of the expectations.
+std::string held_sentence(const RunRecord& record);
 
 }  // namespace hil::report

@@ -5,8 +5,8 @@
 namespace hil::report {
 namespace {
 
-constexpr std::array verdict_words{"passed",     "failed",      "timing_broken", "io_failed",
-                                   "gpu_failed", "interrupted", "refused"};
+constexpr std::array verdict_words{"passed",    "completed",  "failed",      "timing_broken",
+                                   "io_failed", "gpu_failed", "interrupted", "refused"};
 constexpr std::array series_kind_words{"signal", "faulted", "reference"};
 constexpr std::array result_words{"held", "failed", "not_checked"};
 

@@ -41,6 +41,7 @@ using contribution::TrackPoint;
 
 enum class Verdict : std::uint8_t {
   passed,
+  completed,      ///< nothing was checked: the scenario has no expectations
   failed,         ///< an expectation did not hold
   timing_broken,  ///< too many ticks or releases were lost, --fail-on held, or the base thread hung
   io_failed,

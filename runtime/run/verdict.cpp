@@ -91,8 +91,10 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
   }
   if (const auto unchecked = report::sentences_of_unchecked_injections(record); !unchecked.empty())
     return conclude(report::Verdict::failed, exit_expectation_failed, unchecked.front());
-  conclude(report::Verdict::passed, exit_passed,
-           record.expectations.empty() ? "the scenario has no expectations" : "every expectation held");
+  if (record.expectations.empty())
+    return conclude(report::Verdict::completed, exit_passed,
+                    "nothing was checked: the scenario has no expectations");
+  conclude(report::Verdict::passed, exit_passed, "every expectation held");
 }
 
 }  // namespace hil::run

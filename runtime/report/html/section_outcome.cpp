@@ -16,6 +16,7 @@ const char* tone(Verdict verdict) {
   switch (verdict) {
     case Verdict::passed:
       return "good";
+    case Verdict::completed:
     case Verdict::interrupted:
       return "warn";
     default:
@@ -76,6 +77,7 @@ void verdict_section(Markup& out, const RunRecord& record) {
   out.element("p", {{"class", "reason"}}, reason_sentence(record));
   if (!record.scenario.about.empty()) out.element("p", {{"class", "soft"}}, record.scenario.about);
   out.open("dl", {{"class", "facts"}});
+  if (!record.expectations.empty()) fact(out, "Expectations", held_sentence(record));
   fact(out, "Scenario", record.scenario.name);
   fact(out, "Run time", length_text(record));
   fact(out, "Clock", clock_text(record));

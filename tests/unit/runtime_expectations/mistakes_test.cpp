@@ -60,12 +60,19 @@ TEST_F(ExpectationMistakes, OfWhatCanNotFailOrCanNotHold) {
   expect_mistakes({
       {"never: tank.level > 5 m and 2 < 1", "the condition is always false, whatever its signals are"},
       {"always: tank.level > 5 m or true", "the condition is always true, whatever its signals are"},
-      {"eventually: not (false and tank.level > 5 m)", "the condition is always true, whatever its"},
-      {"count: {of: tank.level > 1 m and 0 == 1, max: 3}", "the condition is always false, whatever"},
       {"never: tank.level == tank.level", "both operands of '==' are the same"},
       {"always: can.car.Status.Mode + 1 >= can.car.Status.Mode + 1", "both operands of '>=' are the same"},
       {"never: tank.level > 2 m, after: tank.level < tank.level", "both operands of '<' are the same"},
   });
+}
+
+TEST_F(ExpectationMistakes, OfConditionsWithOneResultInAllKinds) {
+  for (const char* entry :
+       {"eventually: not (false and tank.level > 5 m)", "count: {of: tank.level > 1 m and 0 == 1, max: 3}",
+        "order: [tank.level > 1 m, tank.level > 1 m or 2 > 1]", "never: 1 > 2 and known(can.car.Status.Mode)",
+        "reaction: {when: tank.level > 1 m or 1 == 1, then: tank.level > 2 m, within: 1 s}",
+        "always: tank.level > 1 m, until: tank.level > 3 m and false"})
+    expect_mistakes({{entry, "whatever its signals are"}});
 }
 
 TEST_F(ExpectationMistakes, OfTimesThatNothingCanBeLateFor) {
