@@ -1,5 +1,5 @@
 // hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, that
-// of a step of a block, that of a recording in the tick, and that of a tick of a whole bench.
+// of a step of a block, that of a recording in the tick, that of judging 4,096 frames in a tick, and that of a tick of a whole bench.
 
 #include <cstdio>
 #include <exception>
@@ -8,6 +8,7 @@
 
 #include "bench/executive/bench_tick.hpp"
 #include "bench/executive/block_step.hpp"
+#include "bench/executive/judge_frames.hpp"
 #include "bench/executive/recording_step.hpp"
 #include "bench/executive/wakeup.hpp"
 #include "bench/figure/figure.hpp"
@@ -28,6 +29,7 @@ int run(bool json, bool tiny) {
   const TickOverhead overhead = measure_tick_overhead(options);
   const BlockStepCost block = measure_block_step(options.rounds, options.ticks_per_round);
   const RecordingCost recording = measure_recording(options.rounds, options.ticks_per_round);
+  const JudgeFramesCost judge_frames = measure_judge_frames(tiny ? 5 : 200);
   const BenchTick bench_tick = measure_bench_tick(options.rounds, options.ticks_per_round);
   const std::string device = device_name();
   const Figure figures[] = {
@@ -38,6 +40,7 @@ int run(bool json, bool tiny) {
       {"tick_overhead_10_tasks", overhead.median_us, "us", "", std::nullopt, Better::lower, overhead.samples},
       {"bench_tick", bench_tick.median_us, "us", "", std::nullopt, Better::lower, bench_tick.ticks},
       {"block_10_states", block.median_us, "us", "", std::nullopt, Better::lower, block.steps},
+      {"judge_frames", judge_frames.median_us, "us", "", std::nullopt, Better::lower, judge_frames.ticks},
       {"recording_200_signals", recording.median_us, "us", "", std::nullopt, Better::lower, recording.ticks},
   };
   for (const Figure& figure : figures) {

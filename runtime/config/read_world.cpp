@@ -67,6 +67,9 @@ SolidShape read_solid(const Value& value, Diagnostics& diagnostics) {
   return solid;
 }
 
+/// Of an entity without a mask (scenario_schema.cpp).
+constexpr const char* default_layer = "static";
+
 std::uint32_t read_mask(const WorldEntity& entity, Layers& layers, bool are_listed,
                         Diagnostics& diagnostics) {
   std::uint32_t bits = 0;
@@ -75,8 +78,10 @@ std::uint32_t read_mask(const WorldEntity& entity, Layers& layers, bool are_list
     if (bit) {
       bits |= *bit;
     } else if (are_listed) {
-      diagnostics.add(layer.place,
-                      "unknown layer " + in_quotes(layer.text) + suggestion(layer.text, layers.names()));
+      const std::string note =
+          layer.text == default_layer ? ", which is that of an entity without a 'mask'" : "";
+      diagnostics.add(layer.place, "unknown layer " + in_quotes(layer.text) + note +
+                                       suggestion(layer.text, layers.names()));
     } else {
       diagnostics.add(layer.place, "the layer " + in_quotes(layer.text) + " is one too many; there can be " +
                                        std::to_string(Layers::capacity));

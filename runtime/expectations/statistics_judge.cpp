@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/config/numbers.hpp"
 #include "runtime/expectations/signal_constant.hpp"
 #include "runtime/expectations/statistics.hpp"
 #include "runtime/report/quantities.hpp"
@@ -16,6 +17,7 @@ namespace {
 class LimitedFigure {
  public:
   struct Data {
+    std::string name;
     double value = 0.0, limit = 0.0;
     bool is_max = true;
     std::string unit{};
@@ -98,7 +100,8 @@ class StatisticsJudge final : public Judge {
       return result;
     }
     const auto limited = limited_figures(extent);
-    result.detail += figures_text(extent);
+    result.detail += figures_text(extent) + broken_limits(limited);
+    result.figures = recorded(limited);
     const bool has_step = (!claim_.overshoot || overshoot_of_.size() != 0.0) &&
                           (!claim_.settling || settling_of_.size() != 0.0);
     const auto worst = std::ranges::min_element(limited, {}, &LimitedFigure::relative_margin);
@@ -124,6 +127,36 @@ class StatisticsJudge final : public Judge {
   }
 
  private:
+  static std::string words_of(Statistics::Figure figure) {
+    return figure == Statistics::standard_deviation ? "standard deviation" : key_of(figure);
+  }
+  /// "mean 5.2 m is above 5 m": the limits that do not hold, with value and bound in one unit.
+  static std::string broken_limits(const std::vector<LimitedFigure>& limited) {
+    std::string text;
+    for (const LimitedFigure& one : limited) {
+      if (one.is_held()) continue;
+      const auto in_unit = [&](double value) {
+        return config::format_number(value, 7) + (one.data.unit.empty() ? "" : " " + one.data.unit);
+      };
+      text += "; " + one.data.name + " " + in_unit(one.data.value) +
+              (!one.data.is_reached ? " at the end, and still growing; the limit is "
+               : one.data.is_max    ? " is above "
+                                    : " is below ") +
+              in_unit(one.data.limit);
+    }
+    return text;
+  }
+  static std::vector<report::LimitedFigure> recorded(const std::vector<LimitedFigure>& limited) {
+    std::vector<report::LimitedFigure> all;
+    for (const LimitedFigure& one : limited) {
+      if (all.empty() || all.back().name != one.data.name)
+        all.push_back(
+            {.name = one.data.name, .value = one.data.value, .unit = one.data.unit, .min = {}, .max = {}});
+      (one.data.is_max ? all.back().max : all.back().min) = one.data.limit;
+      all.back().is_held = all.back().is_held && one.is_held();
+    }
+    return all;
+  }
   /// NaN: it begins at the value on the first tick.
   Step values_of(const StepResponse& step) const {
     return {constant_value(step.of, limit_kind_, unit_), step.from
@@ -173,18 +206,20 @@ class StatisticsJudge final : public Judge {
       const Limits& limits = claim_.limits[figure];
       const std::string& unit = is_difference ? difference_.symbol : unit_;
       if (limits.min)
-        all.emplace_back(LimitedFigure::Data{value_of(figure), limit(*limits.min), false, unit, worst_ns});
+        all.emplace_back(LimitedFigure::Data{words_of(figure), value_of(figure), limit(*limits.min), false,
+                                             unit, worst_ns});
       if (limits.max)
-        all.emplace_back(LimitedFigure::Data{value_of(figure), limit(*limits.max), true, unit, worst_ns});
+        all.emplace_back(LimitedFigure::Data{words_of(figure), value_of(figure), limit(*limits.max), true,
+                                             unit, worst_ns});
     }
     if (claim_.overshoot && overshoot_of_.size() != 0.0)
-      all.emplace_back(
-          LimitedFigure::Data{100.0 * overshoot(), 100.0 * claim_.overshoot->at_most, true, "%", excess_ns_});
+      all.emplace_back(LimitedFigure::Data{"overshoot", 100.0 * overshoot(),
+                                           100.0 * claim_.overshoot->at_most, true, "%", excess_ns_});
     if (claim_.settling && settling_of_.size() != 0.0) {
       const double settling_s = static_cast<double>(settling_ns(extent)) / 1e9;
       const double limit_s = static_cast<double>(claim_.settling->at_most_ns) / 1e9;
-      all.emplace_back(
-          LimitedFigure::Data{settling_s, limit_s, true, "s", outside_ns_, settled_ns_.has_value()});
+      all.emplace_back(LimitedFigure::Data{"settling time", settling_s, limit_s, true, "s", outside_ns_,
+                                           settled_ns_.has_value()});
     }
     return all;
   }
@@ -194,9 +229,7 @@ class StatisticsJudge final : public Judge {
     for (const auto figure : {Statistics::mean, Statistics::rms, Statistics::standard_deviation,
                               Statistics::smallest, Statistics::largest}) {
       const std::string& unit = figure == Statistics::standard_deviation ? difference_.symbol : unit_;
-      const char* const words =
-          figure == Statistics::standard_deviation ? "standard deviation" : key_of(figure);
-      text += (text.empty() ? "" : ", ") + std::string(words) + " " +
+      text += (text.empty() ? "" : ", ") + words_of(figure) + " " +
               report::to_ascii(report::quantity_text(value_of(figure), unit));
     }
     if (claim_.overshoot && overshoot_of_.size() != 0.0)
@@ -230,21 +263,9 @@ class StatisticsJudge final : public Judge {
 std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context) {
   return std::make_unique<StatisticsJudge>(claim, context);
 }
-/// Limits of a standard deviation are no values of the signal.
+/// Limits of a figure are no limits of the signal.
 PlotContent plot_content_of(const Statistics& claim, const signals::SignalTable& table) {
-  const signals::SignalId signal = *table.find(claim.signal.text);
-  PlotContent content = plot_of(signal);
-  const auto add_limit = [&](const std::optional<config::Expression>& constant) {
-    if (constant)
-      content.limits.push_back(
-          {signal, constant_value(*constant, limit_kind(table.info(signal)), table.info(signal).unit)});
-  };
-  for (std::size_t figure = 0; figure < claim.limits.size(); ++figure) {
-    if (figure == Statistics::standard_deviation) continue;
-    add_limit(claim.limits[figure].min);
-    add_limit(claim.limits[figure].max);
-  }
-  return content;
+  return plot_of(*table.find(claim.signal.text));
 }
 
 }  // namespace hil::expectations

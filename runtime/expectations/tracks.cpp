@@ -84,6 +84,7 @@ class TracksJudge final : public Judge {
     result.margin_unit = difference_.symbol;
     result.worst_ns = fit.worst_ns;
     result.first_failure_ns = fit.first_failure_ns;
+    result.shift_ns = best * period_ns_;
     const std::string shortfall = coverage_.shortfall(result.covered_ticks);
     if (fit.first_failure_ns) {
       result.result = report::ExpectationResult::failed;

@@ -86,7 +86,7 @@ void PlotCollector::add_expectation(std::size_t index, const config::Scenario& s
     kept.limits.push_back(limit);
   for (const expectations::PlotInstant& instant : content.instants)
     kept.instants.push_back(instant);
-  if (content.reference) kept.references.push_back(std::move(*content.reference));
+  if (content.reference) kept.references.push_back({std::move(*content.reference), index});
 }
 
 void PlotCollector::add_series(const std::vector<signals::SignalId>& signals,
@@ -116,16 +116,17 @@ void PlotCollector::take(const signals::SignalTable& table, std::int64_t time_ns
 }
 
 report::SignalSeries PlotCollector::reference_series(const expectations::PlotReference& reference,
-                                                     const signals::SignalTable& table,
+                                                     std::int64_t shift_ns, const signals::SignalTable& table,
                                                      std::int64_t end_ns) const {
   const signals::SignalInfo& info = table.info(reference.signal);
   signals::CsvProfile curve = reference.curve;
   curve.rewind();
   SeriesBuckets buckets(capacity_of(0));
   for (std::int64_t time_ns = 0; time_ns < end_ns; time_ns += period_ns_) {
-    const bool has_value = time_ns >= curve.begin_ns() && time_ns <= curve.end_ns();
+    const std::int64_t of_curve_ns = time_ns - shift_ns;
+    const bool has_value = of_curve_ns >= curve.begin_ns() && of_curve_ns <= curve.end_ns();
     buckets.add(static_cast<std::uint64_t>(time_ns / period_ns_),
-                has_value ? curve.at(time_ns) : contribution::not_known);
+                has_value ? curve.at(of_curve_ns) : contribution::not_known);
   }
   return {.name = info.name,
           .kind = report::SeriesKind::reference,
@@ -179,9 +180,10 @@ void PlotCollector::fill(const signals::SignalTable& table, std::int64_t end_ns,
                                   .value = instant.value,
                                   .tolerance = instant.tolerance});
     }
-    for (const expectations::PlotReference& reference : plot->references) {
+    for (const Reference& reference : plot->references) {
       written.series.push_back(static_cast<std::uint32_t>(filled.series.size()));
-      filled.series.push_back(reference_series(reference, table, end_ns));
+      filled.series.push_back(reference_series(
+          reference.drawn, record.expectations[reference.expectation].shift_ns, table, end_ns));
     }
     filled.plots.push_back(std::move(written));
   }

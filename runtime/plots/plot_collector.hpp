@@ -40,13 +40,17 @@ class PlotCollector {
     std::int64_t end_ns = 0;  ///< later values are not taken
     SeriesBuckets buckets;
   };
+  struct Reference {
+    expectations::PlotReference drawn;
+    std::size_t expectation = 0;  ///< its number
+  };
   struct Plot {
     std::string title;
     std::vector<std::size_t> expectations{};  ///< indices
     std::vector<std::size_t> series{};        ///< indices
     std::vector<expectations::PlotLimit> limits{};
     std::vector<expectations::PlotInstant> instants{};
-    std::vector<expectations::PlotReference> references{};
+    std::vector<Reference> references{};
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
   };
@@ -57,7 +61,8 @@ class PlotCollector {
   /// Adds the series of the signals to the plot, with their faulted ones.
   void add_series(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
                   Plot& plot);
-  report::SignalSeries reference_series(const expectations::PlotReference& reference,
+  /// `shift_ns`: by which it is drawn later.
+  report::SignalSeries reference_series(const expectations::PlotReference& reference, std::int64_t shift_ns,
                                         const signals::SignalTable& table, std::int64_t end_ns) const;
 
   std::int64_t period_ns_;

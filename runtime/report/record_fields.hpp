@@ -224,6 +224,16 @@ void each_field(T& interval, Visit&& visit) {
   visit("signals", interval.signals);
 }
 
+template <Is<LimitedFigure> T, class Visit>
+void each_field(T& figure, Visit&& visit) {
+  visit("name", figure.name);
+  visit("value", figure.value);
+  visit("unit", figure.unit);
+  visit("min", figure.min);
+  visit("max", figure.max);
+  visit("held", figure.is_held);
+}
+
 template <Is<Expectation> T, class Visit>
 void each_field(T& expectation, Visit&& visit) {
   visit("name", expectation.name);
@@ -241,6 +251,8 @@ void each_field(T& expectation, Visit&& visit) {
   visit("margin_unit", expectation.margin_unit);
   visit("worst_ns", expectation.worst_ns);
   visit("not_evaluated", expectation.not_evaluated);
+  visit("figures", expectation.figures);
+  visit("shift_ns", expectation.shift_ns);
 }
 
 template <Is<Loss> T, class Visit>

@@ -273,6 +273,15 @@ struct NotEvaluated {
   std::vector<std::string> signals;       ///< that were unknown
 };
 
+/// A figure of a signal with its limits, all in one unit.
+struct LimitedFigure {
+  std::string name;  ///< "mean"
+  double value = 0.0;
+  std::string unit;
+  std::optional<double> min, max;
+  bool is_held = true;
+};
+
 struct Expectation {
   std::string name;
   ExpectationResult result = ExpectationResult::not_checked;
@@ -286,6 +295,8 @@ struct Expectation {
   std::string margin_unit{};
   std::optional<std::int64_t> worst_ns{};     ///< the instant at which the margin was least
   std::vector<NotEvaluated> not_evaluated{};  ///< the first such intervals
+  std::vector<LimitedFigure> figures{};       ///< statistics: those with a limit
+  std::int64_t shift_ns = 0;                  ///< tracks: by which the signal is later than its reference
 };
 
 /// A bus or a process that was lost for longer than its time-out.

@@ -70,7 +70,7 @@ class Collision final : public Module {
     transaction_ = database_->make_transaction({.max_queries = 2});
     touching_.reserve(max_hits);
     touched_.reserve(max_hits);
-    began_ = events.add_kind("COLLISION of " + body_ + " with {} bodies", 0);
+    began_ = events.add_kind("COLLISION of " + body_ + " (bodies: {})", 0);
     cut_ = events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
                                std::to_string(max_hits) + " that are listed; 'total' is a lower bound",
                            0);

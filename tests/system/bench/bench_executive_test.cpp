@@ -75,9 +75,10 @@ TEST(Figure, MedianOfOddAndEvenCounts) {
 TEST(BenchExecutive, TinyModePrintsOneJsonLinePerFigure) {
   const Output output = run_program(std::string(HIL_BENCH_EXECUTIVE) + " --tiny --json");
   ASSERT_EQ(output.exit_code, 0);
-  ASSERT_EQ(output.lines.size(), 6U) << output.text;
-  const std::array<const char*, 6> names = {"wakeup_p50", "wakeup_p99",      "tick_overhead_10_tasks",
-                                            "bench_tick", "block_10_states", "recording_200_signals"};
+  const std::array<const char*, 7> names = {
+      "wakeup_p50",      "wakeup_p99",   "tick_overhead_10_tasks", "bench_tick",
+      "block_10_states", "judge_frames", "recording_200_signals"};
+  ASSERT_EQ(output.lines.size(), names.size()) << output.text;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto line = nlohmann::json::parse(output.lines[i]);
     ASSERT_EQ(line.size(), 8U);
