@@ -390,7 +390,7 @@ bool ClientDevice::read_all(WallTime until) {
     for (const std::size_t index : plan.entries) {
       const RegisterEntry& entry = map_.entries[index];
       const Decoded decoded = decode(entry, image.subspan(entry.address - plan.address));
-      values_.note(index, decoded.conversion, decoded.held, read_ns);
+      values_.note(index, decoded.conversion, decoded.value, read_ns);
       if (decoded.conversion == Conversion::refused) continue;
       newest_readings_[channel_of_input_[index]] = {decoded.value, read_ns, true};
       arrivals_.add(channel_of_input_[index], decoded.value);

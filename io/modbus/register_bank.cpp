@@ -58,7 +58,7 @@ std::optional<RegisterBank::OutOfRange> RegisterBank::out_of_range(Table table, 
     if (one.entry.table != table || first >= address + count || address >= first + width_of(one.entry.type))
       continue;
     const Decoded decoded = load(one.entry);
-    if (decoded.conversion != Conversion::exact) return OutOfRange{one.index, decoded.held};
+    if (decoded.conversion != Conversion::exact) return OutOfRange{one.index, decoded.value};
   }
   return std::nullopt;
 }

@@ -160,9 +160,9 @@ Decoded decode(const RegisterEntry& entry, std::span<const std::uint16_t> regist
     bits |= std::uint64_t{word} << shift_of(entry.order, index, width);
   }
   const double value = from_raw(entry.type, bits) * entry.scale + entry.offset;
-  if (!std::isfinite(value)) return {Conversion::refused, 0.0, value};
-  const double bounded = std::min(std::max(value, entry.minimum), entry.maximum);
-  return {bounded == value ? Conversion::exact : Conversion::saturated, bounded, value};
+  if (!std::isfinite(value)) return {Conversion::refused, value};
+  const bool is_in_range = value >= entry.minimum && value <= entry.maximum;
+  return {is_in_range ? Conversion::exact : Conversion::saturated, value};
 }
 
 ValueRange range_of(const RegisterEntry& entry) noexcept {

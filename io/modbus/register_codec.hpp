@@ -20,7 +20,7 @@ inline constexpr std::size_t widest_value = 4;
 
 enum class Conversion : std::uint8_t {
   exact,      ///< the value was representable, after rounding to the nearest raw value
-  saturated,  ///< the value was outside minimum..maximum or the type; the nearest limit was used
+  saturated,  ///< the value was outside minimum..maximum or the type; encode used the nearest limit
   refused,    ///< NaN (encode), or registers that hold NaN or an infinity (decode): nothing was changed
 };
 
@@ -30,8 +30,7 @@ Conversion encode(const RegisterEntry& entry, double value, std::span<std::uint1
 
 struct Decoded {
   Conversion conversion = Conversion::refused;
-  double value = 0.0;  ///< meaningless when refused
-  double held = 0.0;   ///< the value in the registers, before it is clamped; may be NaN or infinite
+  double value = 0.0;  ///< that of the registers: outside the range if saturated, NaN or infinite if refused
 };
 
 /// The range of values that an entry takes without saturation, from its limits and its type.

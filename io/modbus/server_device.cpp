@@ -230,7 +230,7 @@ void ServerDevice::take_inputs(const WrittenRange& written) noexcept {
     const RegisterEntry& entry = map_.entries[input_entries_[i]];
     if (!touches(entry, written)) continue;
     const Decoded decoded = bank_.load(entry);
-    values_.note(input_entries_[i], decoded.conversion, decoded.held, time_ns);
+    values_.note(input_entries_[i], decoded.conversion, decoded.value, time_ns);
     if (decoded.conversion == Conversion::refused) continue;
     newest_readings_[i] = {decoded.value, time_ns, true};
     arrivals_.add(i, decoded.value);

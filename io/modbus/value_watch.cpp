@@ -37,8 +37,8 @@ void ValueWatch::note(std::size_t entry, Conversion conversion, double value, Ru
       const ValueRange range = range_of(what);
       const std::string limit = shown(value < range.lowest ? range.lowest : range.highest);
       begin_episode(entry, Episode::saturated, time_ns,
-                    shown(value) + " is outside " + range_text(what) + "; " + limit +
-                        (what.writable ? " is written" : " is read"));
+                    shown(value) + " is outside " + range_text(what) +
+                        (what.writable ? "; " + limit + " is written" : "; it is read as it is"));
       break;
     }
     case Conversion::refused:

@@ -16,7 +16,7 @@ namespace hil::io::modbus {
 /// Counted since construction. Outputs are the registers that hil writes, inputs those that it reads.
 struct ValueCounters {
   std::uint64_t saturated_outputs = 0;     ///< outside range or type: the nearest limit was written
-  std::uint64_t saturated_inputs = 0;      ///< outside the range: the limit was read
+  std::uint64_t saturated_inputs = 0;      ///< outside the range: read as it is
   std::uint64_t not_a_number_outputs = 0;  ///< NaN: the register keeps its value
   std::uint64_t not_a_number_inputs = 0;   ///< NaN or infinite: the input keeps its last value
 };

@@ -44,7 +44,7 @@ std::vector<BusSentence> faults_of(const UnitRecord& unit) {
   add_sentence(sentences, unit.saturated_outputs, "output value was", "output values were",
                "beyond the range of the register: its limit was written instead");
   add_sentence(sentences, unit.saturated_inputs, "input value was", "input values were",
-               "beyond the range of the register: its limit was read instead");
+               "beyond the range of the register, and read as it is");
   add_sentence(sentences, unit.not_a_number_outputs, "output value was", "output values were",
                "not a number: the register kept its value");
   add_sentence(sentences, unit.not_a_number_inputs, "input value was", "input values were",

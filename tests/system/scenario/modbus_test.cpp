@@ -111,11 +111,12 @@ TEST(ModbusBusDevice, ReportsValuesOutOfRangeAndRefusedConnections) {
              "exception 3 and changed nothing"),
       1)
       << report.at("events");
-  EXPECT_EQ(events(report, "Modbus unit peer: register status: 30000 is outside 0 to 100; 100 is read"), 1)
+  EXPECT_EQ(
+      events(report, "Modbus unit peer: register status: 30000 is outside 0 to 100; it is read as it is"), 1)
       << report.at("events");
   EXPECT_NE(ended.output.find("modbus.panel: 1 connection was refused"), std::string::npos) << ended.output;
   const Signals signals(folder / "out");
-  EXPECT_EQ(signals["modbus.peer.status"].back(), 100.0);
+  EXPECT_EQ(signals["modbus.peer.status"].back(), 30000.0);
   EXPECT_EQ(signals["modbus.panel.level"].back(), 0.0);
 }
 

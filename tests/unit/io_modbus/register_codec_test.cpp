@@ -158,7 +158,7 @@ TEST(RegisterCodec, SaturatesFloatsToTheLargestFiniteValue) {
   EXPECT_EQ(decode(f64, registers).value, -std::numeric_limits<double>::max());
 }
 
-TEST(RegisterCodec, ClampsToTheRangeInBothDirections) {
+TEST(RegisterCodec, ClampsWhatIsWrittenAndReadsWhatIsThere) {
   RegisterEntry entry = entry_of(ValueType::i16, ByteOrder::abcd);
   entry.scale = 0.1;
   entry.minimum = -5.0;
@@ -169,7 +169,7 @@ TEST(RegisterCodec, ClampsToTheRangeInBothDirections) {
   registers[0] = static_cast<std::uint16_t>(-90);
   const Decoded decoded = decode(entry, registers);
   EXPECT_EQ(decoded.conversion, Conversion::saturated);
-  EXPECT_EQ(decoded.value, -5.0);
+  EXPECT_EQ(decoded.value, -9.0);
 }
 
 TEST(RegisterCodec, NanIsRefusedAndLeavesTheRegisters) {

@@ -86,9 +86,9 @@ TEST(UnfitValues, ClientInputsGiveOneEventPerEpisode) {
     unit.held = held;  // 0x7FC07FC0 is a NaN
     unit.exchange(unit.clock.now_ns() + ms, {});
   }
-  EXPECT_EQ(latched(unit.client)[0].value, 20'000.0);
+  EXPECT_EQ(latched(unit.client)[0].value, 32'704.0);
   const Texts once{
-      "Modbus unit plc: register level: 32704 is outside 0 to 20000; 20000 is read",
+      "Modbus unit plc: register level: 32704 is outside 0 to 20000; it is read as it is",
       "Modbus unit plc: register flow: the register holds no finite number; the signal keeps its last value"};
   EXPECT_EQ(texts(unit.client), (Texts{once[0], once[1], once[0], once[1]}));
   EXPECT_EQ(unit.client.counters().values.saturated_inputs, 3U);
