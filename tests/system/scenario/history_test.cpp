@@ -296,8 +296,8 @@ TEST_F(History, ChangedReportAndNamesAreRefused) {
   const auto with = [](std::string text, const std::string& from, const std::string& to) {
     return text.replace(text.find(from), from.size(), to);
   };
-  for (const std::string& changed :
-       {with(report, "\"passed\"", "\"failed\""), report.substr(0, report.size() / 2), report.substr(0, 0)}) {
+  for (const std::string& changed : {with(report, "\"completed\"", "\"failed\""),
+                                     report.substr(0, report.size() / 2), report.substr(0, 0)}) {
     write_text(out() + "/report.json", changed);
     for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
              {"report", out()}, {"history", out(), "info"}, {"db", "export", out()}}) {

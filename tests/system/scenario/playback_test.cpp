@@ -20,9 +20,9 @@ struct PlaybackScenario : ScenarioFolder {
             "    inputs: {w: can.car.Command.W}\n"
             "    parameters: {inputs: {w: '1'}, outputs: {twice: 2 * w, drives: w == Drive}}\n"
             "expectations:\n"
-            "  - {name: first, always: can.car.Command.W == 5, between: [101 ms, 150 ms]}\n"
+            "  - {name: first, always: can.car.Command.W == 5, between: [101 ms, 149 ms]}\n"
             "  - {name: second, always: can.car.Command.W == 7, between: [151 ms, 270 ms]}\n"
-            "  - {name: stale, never: known(can.car.Command.W), between: [272 ms, 300 ms]}\n"
+            "  - {name: stale, never: known(can.car.Command.W), between: [272 ms, 299 ms]}\n"
             "  - {name: by name, eventually: reader.drives == 1, by: 151 ms}\n"
             "  - {name: not before, never: reader.drives == 1, between: [0 s, 150 ms]}\n"
             "  - {name: third, always: can.car.Command.W == 9, between: [301 ms, 420 ms]}\n") {

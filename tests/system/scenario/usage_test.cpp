@@ -44,10 +44,10 @@ TEST(Usage, UnknownOptionListsTheOptions) {
   const Case cases[] = {
       {{"run", "x", "--durtion", "5s"},
        "hil run: there is no option '--durtion'; did you mean '--duration'? Known here: --duration, --help, "
-       "--clock, --out, --set, --fail-on, --verbose, --seed"},
+       "--clock, --out, --set, --add, --fail-on, --verbose, --seed"},
       {{"run", "x", "--durtion=5s"},
        "hil run: there is no option '--durtion'; did you mean '--duration'? Known here: --duration, --help, "
-       "--clock, --out, --set, --fail-on, --verbose, --seed"},
+       "--clock, --out, --set, --add, --fail-on, --verbose, --seed"},
       {{"history", "d", "entities", "--att", "1s"},
        "hil history entities: there is no option '--att'; did you mean '--at'? Known here: --at, --help, "
        "--gpu, --until, --every, --known-at, --json, --salvage"},
