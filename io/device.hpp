@@ -89,8 +89,8 @@ struct InputGroup {
 /// Frames of an input group that a device refused.
 struct RejectedFrames {
   std::uint64_t count = 0;
-  /// Those of them that the scenario made: a fault changed the frame, or a fault or a new pass of a log is why
-  /// its counter does not continue that of the frame before.
+  /// Those of them that the scenario made: a fault changed the frame, or a fault or a new pass of a log is
+  /// why its counter does not continue that of the frame before.
   std::uint64_t by_scenario = 0;
 };
 
@@ -247,8 +247,8 @@ class Device {
     static_cast<void>(group);
     return injected.message.empty();
   }
-  /// A fault of the scenario pauses or ends a program behind the device, or lets it go on: the first frame of a
-  /// message from now on need not continue those before. Any thread; never blocks.
+  /// A fault of the scenario pauses or ends a program behind the device, or lets it go on: the first frame of
+  /// a message from now on need not continue those before. Any thread; never blocks.
   virtual void note_interruption() noexcept {}
   /// In lock-step, before an exchange: while `away`, the exchange does not wait for programs of this process
   /// group, which are paused or have ended because the run wants it. Thread rule of exchange.

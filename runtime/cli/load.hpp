@@ -22,8 +22,8 @@ struct Loaded {
 /// The folder of this program, in which those of a scenario are searched first.
 std::filesystem::path program_folder();
 
-/// Empty when there was a mistake; all mistakes have then been printed, and `mistakes`, if it is not null, has
-/// them and the warnings, one line each.
+/// Empty when there was a mistake; all mistakes have then been printed, and `mistakes`, if it is not null,
+/// has them and the warnings, one line each.
 std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides,
                            std::string* mistakes = nullptr);
 

@@ -1,5 +1,6 @@
 #include "runtime/run/input_watch.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "runtime/report/quantities.hpp"
@@ -16,8 +17,10 @@ InputWatch::InputWatch(std::vector<Subject> subjects, std::int64_t period_ns) : 
                         .after = {}});
 }
 
-void InputWatch::set_fault(std::size_t subject, bool active) noexcept {
-  active ? ++watched_[subject].acting_faults : --watched_[subject].acting_faults;
+void InputWatch::set_fault(std::size_t subject, bool active, std::int64_t delay_ns) noexcept {
+  Watched& watched = watched_[subject];
+  active ? ++watched.acting_faults : --watched.acting_faults;
+  if (!active) watched.ended_delay_ns = std::max(watched.ended_delay_ns, delay_ns);
 }
 
 void InputWatch::set_task_fault(bool active) noexcept {
@@ -29,7 +32,10 @@ void InputWatch::check(std::int64_t time_ns, std::span<const State> states) noex
   last_ns_ = time_ns;
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     Watched& watched = watched_[i];
-    const bool is_silenced = watched.acting_faults > 0 || states[i].is_permitted_loss || skips_ticks;
+    if (const std::int64_t delay_ns = std::exchange(watched.ended_delay_ns, 0); delay_ns > 0)
+      watched.delayed_until_ns = std::max(watched.delayed_until_ns.value_or(0), time_ns + delay_ns);
+    const bool is_silenced = watched.acting_faults > 0 || states[i].is_permitted_loss || skips_ticks ||
+                             (watched.delayed_until_ns && time_ns <= *watched.delayed_until_ns);
     if (is_silenced) watched.silenced_ns = time_ns;
     const bool recovers =
         watched.silenced_ns && time_ns - *watched.silenced_ns <= watched.subject.recovery_ns;

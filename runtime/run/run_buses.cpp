@@ -151,7 +151,7 @@ void RunBuses::set_fault(const BusFault& fault, const std::string& name, bool ac
   links_[fault.bus]->device().set_fault(fault.number, active);
   if (fault.injected.message.empty()) loss_watch_->set_fault(fault.bus, name, active);
   for (const std::size_t input : silenced_by_[static_cast<std::size_t>(&fault - wiring_.bus_faults.data())])
-    input_watch_->set_fault(input, active);
+    input_watch_->set_fault(input, active, fault.injected.delay_ns);
 }
 
 std::uint64_t RunBuses::fault_count(const BusFault& fault) const noexcept {

@@ -102,8 +102,8 @@ TEST(BadScenario, PathOfAProgramHasToExistAndANameThatIsNotFoundIsAWarning) {
   write_text(folder / "tool.sh", "#!/bin/sh\nexit 0\n");
   std::filesystem::permissions(folder / "tool.sh", std::filesystem::perms::owner_all);
   const auto check = [&](const std::string& program, const std::string& more = "") {
-    write_text(folder / "s.yaml",
-               "scenario: s\nduration: 1 s\nprocesses:\n  tool:\n    command: [\"" + program + "\"]\n" + more);
+    write_text(folder / "s.yaml", "scenario: s\nduration: 1 s\nprocesses:\n  tool:\n    command: [\"" +
+                                      program + "\"]\n" + more);
     return run_hil({"check", folder / "s.yaml"});
   };
   const std::string place = (folder / "s.yaml") + ":5:15: ";
@@ -115,16 +115,17 @@ TEST(BadScenario, PathOfAProgramHasToExistAndANameThatIsNotFoundIsAWarning) {
                    {place + "the program '" + program + "' of process 'tool' " + std::string(problem)});
     EXPECT_EQ(check(program, "    enabled: false\n").code, 0) << program;
   }
-  for (const std::string program : {"./tool.sh", folder / "tool.sh", std::string("sh"), std::string("hil")}) {
+  for (const std::string& program : std::vector<std::string>{"./tool.sh", folder / "tool.sh", "sh", "hil"}) {
     const Ended ended = check(program);
     EXPECT_EQ(ended.code, 0) << program << ended.errors;
     EXPECT_EQ(ended.errors.find("the program"), std::string::npos) << ended.errors;
   }
   const Ended unknown = check("no-such-program-here");
   EXPECT_EQ(unknown.code, 0) << unknown.errors;
-  EXPECT_NE(unknown.errors.find(place + "warning: the program 'no-such-program-here' of process 'tool' is not "
-                                        "in PATH"),
-            std::string::npos)
+  EXPECT_NE(
+      unknown.errors.find(place + "warning: the program 'no-such-program-here' of process 'tool' is not "
+                                  "in PATH"),
+      std::string::npos)
       << unknown.errors;
 }
 

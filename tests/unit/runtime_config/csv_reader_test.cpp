@@ -77,7 +77,8 @@ TEST_F(CsvReaders, TakeNumbersWithAPlus) {
   };
   std::mt19937_64 random(74'150);
   for (int i = 0; i < 200; ++i) {
-    const double value = std::ldexp(static_cast<double>(random() >> 11U), static_cast<int>(random() % 80) - 90);
+    const double value =
+        std::ldexp(static_cast<double>(random() >> 11U), static_cast<int>(random() % 80) - 90);
     char text[40];
     std::snprintf(text, sizeof text, "%+.17E", value);
     ASSERT_EQ(number_in(text), value) << text;

@@ -28,7 +28,7 @@ class OneInput {
       watch_.check(ms * tick_++, {&state, 1});
   }
   void skip(int count) { tick_ += count; }
-  void fault(bool active) { watch_.set_fault(0, active); }
+  void fault(bool active, std::int64_t delay_ms = 0) { watch_.set_fault(0, active, delay_ms * ms); }
   void task_fault(bool active) { watch_.set_task_fault(active); }
   std::string failures(std::uint64_t rejected = 0, std::uint64_t by_scenario = 0) const {
     std::string all;
@@ -71,7 +71,7 @@ TEST(InputWatch, FivePerCentMayBeMissing) {
   EXPECT_EQ(input.failures(), "");
   input.ticks(1, false);
   EXPECT_EQ(input.failures(),
-            "message can.car.Speed was not fresh on 51 of 1,001 ticks after its first value (5.1 %, first at "
+            "message can.car.Speed was not fresh on 51 of 1001 ticks after its first value (5.1 %, first at "
             "0.960 s); more than 5 % need 'optional: true'\n");
   input.ticks(100, true);
   EXPECT_EQ(input.failures(), "") << "it recovered, and the share fell";
@@ -96,6 +96,19 @@ TEST(InputWatch, FaultThatSilencesItExcusesItsTicksAndTheRecovery) {
   dead.ticks(20, false);
   EXPECT_EQ(dead.figures().not_fresh, 10U) << "it does not come back in its time-out";
   EXPECT_NE(dead.failures(), "");
+}
+
+TEST(InputWatch, DelayActsForItsDurationAfterItsEnd) {
+  OneInput input(10);
+  input.ticks(100, true);
+  input.fault(true, 200);
+  input.ticks(100, false);
+  input.fault(false, 200);
+  input.ticks(201, false);
+  input.ticks(10, false);  // the recovery
+  EXPECT_EQ(input.figures().not_fresh, 0U);
+  input.ticks(1, false);
+  EXPECT_EQ(input.figures().not_fresh, 1U);
 }
 
 TEST(InputWatch, RecoveryEndsWithTheFirstFreshTick) {

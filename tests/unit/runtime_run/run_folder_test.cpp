@@ -91,7 +91,9 @@ TEST(RunFolder, LinksAreRefusedAndNothingBehindThemChanges) {
       EXPECT_EQ(elsewhere.read("folder/a.svg"), "of the user");
       EXPECT_EQ(elsewhere.read("file"), "of the user");
       EXPECT_FALSE(fs::exists(elsewhere.path() / "nothing"));
-      EXPECT_FALSE(fs::is_regular_file(folder.path() / "report.json")) << "the verdict of an earlier run";
+      if (std::string(name) != "report.json") {
+        EXPECT_FALSE(fs::exists(folder.path() / "report.json")) << "the verdict of an earlier run";
+      }
       fs::remove(folder.path() / name);
       const RunFolder unlocked(folder.path());
     }
