@@ -372,7 +372,7 @@ TEST(RefusedFrames, WrongChecksumsFailBeyondMaxRejectedAndLeaveTheCounterAlone) 
     RecordedSpeed log;
     std::uint64_t wrong = 0;
     for (int i = 0; i < 100; ++i) {
-      const bool is_wrong = i > 0 && random() % 8 == 0;
+      const bool is_wrong = i > 0 && i < 95 && random() % 8 == 0;
       wrong += is_wrong ? 1 : 0;
       log.add(i, !is_wrong);
     }
