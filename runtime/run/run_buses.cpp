@@ -177,8 +177,10 @@ void RunBuses::set_away(std::size_t bus, pid_t process, const std::string& name,
 void RunBuses::end_tick(std::int64_t time_ns) noexcept {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const auto [bus, group] = inputs_[i];
+    const io::Device& device = links_[bus]->device();
+    const bool is_connected = device.connected() && device.has_answered();
     const bool is_lost = buses_[bus].lacks_program->load(std::memory_order_relaxed) ||
-                         (buses_[bus].wired->section->may_be_lost && !links_[bus]->device().connected());
+                         (buses_[bus].wired->section->may_be_lost && !is_connected);
     input_states_[i] = {.is_fresh = links_[bus]->is_fresh(group), .is_permitted_loss = is_lost};
   }
   input_watch_->check(time_ns, input_states_);
