@@ -95,6 +95,15 @@ struct InputGroup {
   std::size_t count = 0;  ///< at least 1
   /// An input of the group that has had no new value for longer than this is not fresh; 0: no limit.
   RunTimeNs timeout_ns = 0;
+  bool can_reject = false;  ///< the device checks its frames and counts those that it refuses
+};
+
+/// Frames of an input group that a device refused.
+struct RejectedFrames {
+  std::uint64_t count = 0;
+  /// Those of them that the scenario made: a fault changed the frame, or a fault or a new pass of a log is
+  /// why its counter does not continue that of the frame before.
+  std::uint64_t by_scenario = 0;
 };
 
 /// An event concerning a device's values, as a sentence for the report.
@@ -181,6 +190,12 @@ class Device {
   /// The number of kept arrivals that were lost because they were not taken in time. Any thread.
   virtual std::uint64_t lost_arrivals() const noexcept { return 0; }
 
+  /// The refused frames of an input group since the start. Any thread.
+  virtual RejectedFrames rejected(std::size_t group) const noexcept {
+    static_cast<void>(group);
+    return {};
+  }
+
   /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full queue
   /// drops these outputs and counts them.
   virtual void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept = 0;
@@ -238,6 +253,15 @@ class Device {
     static_cast<void>(number);
     return std::nullopt;
   }
+  /// Whether the fault, while it is active, can keep values of the input group from coming. Setup thread.
+  /// Default: every fault of the device can.
+  virtual bool can_silence(const InjectedFault& injected, std::size_t group) const {
+    static_cast<void>(group);
+    return injected.message.empty();
+  }
+  /// A fault of the scenario pauses or ends a program behind the device, or lets it go on: the first frame of
+  /// a message from now on need not continue those before. Any thread; never blocks.
+  virtual void note_interruption() noexcept {}
   /// In lock-step, before an exchange: while `away`, the exchange does not wait for programs of this process
   /// group, which are paused or have ended because the run wants it. Thread rule of exchange.
   virtual void set_away(int process_group, bool away) {

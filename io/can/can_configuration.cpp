@@ -108,8 +108,14 @@ void CanDevice::add_sent(const SentMessageConfig& config) {
 void CanDevice::add_received(const ReceivedMessageConfig& config) {
   const DbcMessage& message = *config_.database.find_message(config.message);
   Received received{MessageDecoder(message, config.protection), inputs_.size(), message.name};
-  if (!message.signals.empty())
-    groups_.push_back({message.name, inputs_.size(), message.signals.size(), config.timeout_ns});
+  if (!message.signals.empty()) {
+    groups_.push_back({.name = message.name,
+                       .first = inputs_.size(),
+                       .count = message.signals.size(),
+                       .timeout_ns = config.timeout_ns,
+                       .can_reject = true});
+    received_of_group_.push_back(received_.size());
+  }
   for (std::size_t signal = 0; signal < message.signals.size(); ++signal) {
     inputs_.push_back(
         channel_of(message, signal, received.decoder.layout().codec(signal), config.safe_values));
@@ -171,6 +177,13 @@ std::string CanDevice::fault_problem(const InjectedFault& injected) const {
 void CanDevice::add_fault(const InjectedFault& injected) {
   require(!started_ && fault_problem(injected).empty(), "a fault fits its device, which is not started");
   faults_.add(injected, layout_of(injected.message), identifier_in(injected.message));
+}
+
+bool CanDevice::can_silence(const InjectedFault& injected, std::size_t group) const {
+  if (injected.message.empty()) return true;
+  if (injected.kind == InjectedFault::Kind::repeat || injected.kind == InjectedFault::Kind::frozen)
+    return false;
+  return layout_of(injected.message) == &received_[received_of_group_[group]].decoder.layout();
 }
 
 }  // namespace hil::io::can

@@ -47,6 +47,15 @@ struct LengthCounts {
   std::uint64_t shorter = 0;
 };
 
+/// Received frames of one message that were refused.
+struct RejectionCounts {
+  std::string message;
+  std::uint64_t bad_checksum = 0;
+  std::uint64_t bad_counter = 0;
+  std::uint64_t wrong_kind = 0;
+  std::uint64_t by_scenario = 0;  ///< of all these: RejectedFrames::by_scenario
+};
+
 /// One thread adds, any thread reads.
 class Count {
  public:

@@ -61,7 +61,11 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
   samples_.resize(inputs_.size());
   lose_inputs();
   published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
-  if (config_.playback) playback_.emplace(*config_.playback);
+  if (config_.playback) {
+    playback_.emplace(*config_.playback);
+    for (const PlayedFrame& frame : *config_.playback->frames)
+      played_ids_.insert(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
+  }
   releases_ = std::make_unique<TimedRowRing>(ring_rows, outputs_.size());
   keeps_arrivals_.resize(inputs_.size());
 }
@@ -283,24 +287,41 @@ void CanDevice::handle(const Frame& frame) {
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
   Received& received = received_[found->second];
-  for (const Frame& passed : faults_.pass(received_frame, now_ns()))
-    decode(received, passed);
+  const std::span<const Frame> passed = faults_.pass(received_frame, now_ns());
+  for (const Frame& one : passed)
+    decode(received, one, &one != passed.data() || !one.same_content(received_frame));
+  if (passed.empty()) received.is_discontinuous = true;  // a fault drops or holds it
 }
 
-void CanDevice::decode(Received& received, const Frame& frame) {
-  switch (received.decoder.check(frame)) {
-    case MessageDecoder::Verdict::wrong_kind:
+void CanDevice::decode(Received& received, const Frame& frame, bool is_altered) {
+  using Verdict = MessageDecoder::Verdict;
+  is_altered = is_altered || frame.is_altered;
+  const std::uint64_t interruptions = interruptions_.load(std::memory_order_relaxed);
+  const bool is_interrupted = std::exchange(received.interruptions, interruptions) != interruptions;
+  received.is_discontinuous |= frame.is_discontinuous || is_interrupted;
+  const Verdict verdict = received.decoder.check(frame);
+  const bool has_known_counter = verdict == Verdict::accepted || verdict == Verdict::bad_counter;
+  const bool is_by_scenario = is_altered || (verdict == Verdict::bad_counter && received.is_discontinuous);
+  if (has_known_counter) received.is_discontinuous = false;
+  if (is_altered) received.is_discontinuous = true;
+  ReceivedCounts& counts = *received.counts;
+  if (verdict != Verdict::accepted && is_by_scenario) counts.rejected_by_scenario.add();
+  switch (verdict) {
+    case Verdict::wrong_kind:
+      counts.wrong_kind.add();
       return counts_.wrong_kind.add();
-    case MessageDecoder::Verdict::bad_checksum:
+    case Verdict::bad_checksum:
+      counts.bad_checksum.add();
       return counts_.bad_checksum.add();
-    case MessageDecoder::Verdict::bad_counter:
+    case Verdict::bad_counter:
+      counts.bad_counter.add();
       return counts_.bad_counter.add();
-    case MessageDecoder::Verdict::accepted:
+    case Verdict::accepted:
       break;
   }
   const std::size_t length = received.decoder.layout().frame_length();
-  if (frame.raw.len > length) received.longer->add();
-  if (frame.raw.len < length) received.shorter->add();
+  if (frame.raw.len > length) counts.longer.add();
+  if (frame.raw.len < length) counts.shorter.add();
   const RunTimeNs time_ns = std::max(frame.time_ns, send_order_.earliest_ns());
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
     store_input(received.first_input + signal, value, time_ns);
@@ -323,7 +344,7 @@ void CanDevice::pass_due_frames() {
       else
         put_on_bus(frame, sent->message);
     } else {
-      decode(received_[received_by_id_.at(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK))], frame);
+      decode(received_[received_by_id_.at(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK))], frame, true);
     }
   }
 }
@@ -332,7 +353,7 @@ void CanDevice::update_injected_bus_off() {
   const bool is_off = faults_.is_bus_off();
   if (is_off == injected_bus_off_) return;
   injected_bus_off_ = is_off;
-  if (is_off) lose_inputs();
+  if (is_off) reset_counters();
   if (bus_off_) return;  // its controller is bus-off as well, and says so
   set_health(!is_off, is_off ? "CAN bus '" + config_.name + "' is bus-off by a fault of the scenario" : "");
 }
@@ -493,9 +514,13 @@ void CanDevice::lose_inputs() {
     samples_[input].value = inputs_[input].safe_value;
     samples_[input].fresh = false;
   }
+  reset_counters();
+  samples_changed_ = true;
+}
+
+void CanDevice::reset_counters() {
   for (Received& received : received_)
     received.decoder.reset_counter();
-  samples_changed_ = true;
 }
 
 void CanDevice::set_health(bool connected, const std::string& fault) {

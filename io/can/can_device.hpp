@@ -20,6 +20,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <unordered_map>
@@ -97,6 +98,7 @@ class CanDevice final : public Device {
   /// Keeps up to 8192 frames between two ticks; drops and counts newer ones.
   bool keep_arrivals(std::size_t input) override;
   std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept override;
+  RejectedFrames rejected(std::size_t group) const noexcept override;
   std::uint64_t lost_arrivals() const noexcept override { return counts_.lost_arrivals.get(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
@@ -119,6 +121,9 @@ class CanDevice final : public Device {
     return faults_.stopped_by(number);
   }
   void set_away(int process_group, bool away) override { bus_->set_away(process_group, away); }
+  /// Of the message itself every fault but `repeat` and `frozen`, and the bus-off.
+  bool can_silence(const InjectedFault& injected, std::size_t group) const override;
+  void note_interruption() noexcept override { interruptions_.fetch_add(1, std::memory_order_relaxed); }
 
   /// Begin and end of the playback.
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
@@ -130,6 +135,8 @@ class CanDevice final : public Device {
   }
   /// One entry per received message that had frames of another length, in the order of the configuration.
   std::vector<LengthCounts> other_lengths() const;
+  /// One entry per received message that had refused frames, in the order of the configuration.
+  std::vector<RejectionCounts> rejections() const;
   /// Why the log lacks frames for another reason than a full queue (CandumpLogWriter::fault); complete after
   /// stop().
   std::string log_fault() const { return log_ ? log_->fault() : std::string(); }
@@ -147,12 +154,17 @@ class CanDevice final : public Device {
     std::optional<std::size_t> counter_input;
     bool retry = false;  ///< its last frame met a full queue
   };
+  struct ReceivedCounts {
+    Count longer, shorter, bad_checksum, bad_counter, wrong_kind, rejected_by_scenario;
+  };
   struct Received {
     MessageDecoder decoder;
     std::size_t first_input;
     std::string message;
-    std::unique_ptr<Count> longer = std::make_unique<Count>();
-    std::unique_ptr<Count> shorter = std::make_unique<Count>();
+    std::unique_ptr<ReceivedCounts> counts = std::make_unique<ReceivedCounts>();
+    /// By the scenario, the counter of the next frame need not continue that of the last one.
+    bool is_discontinuous = false;
+    std::uint64_t interruptions = 0;  ///< that the last frame knew of
   };
   struct Counts {
     Count rx, tx, played, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_kind, unknown_id,
@@ -167,12 +179,13 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
-  void decode(Received& received, const Frame& frame);
+  /// `is_altered`: a fault of the message changed, repeated or delayed the frame.
+  void decode(Received& received, const Frame& frame, bool is_altered);
   const MessageLayout* layout_of(const std::string& message) const;
   /// "; it sends or receives EgoStatus, BrakeCommand": the end of an error text. Empty: it has no messages.
   std::string other_messages() const;
   std::vector<PlayedFrame> played_frames(std::optional<canid_t> identifier) const;
-  /// Begins or ends the bus-off of a fault.
+  /// Begins or ends the bus-off of a fault. Inputs keep their values until their time-out.
   void update_injected_bus_off();
   void pass_due_frames();
   void play_due_frames();
@@ -203,6 +216,8 @@ class CanDevice final : public Device {
   void send_requested_safe_values();
   void publish_if_changed();
   void lose_inputs();
+  /// Of all received messages: any next counter is accepted.
+  void reset_counters();
   void update_bus_off(const Frame& frame);
   void set_health(bool connected, const std::string& fault);
   void wake() noexcept;
@@ -218,6 +233,7 @@ class CanDevice final : public Device {
   std::vector<Sent> sent_;
   std::vector<Received> received_;
   std::unordered_map<canid_t, std::size_t> received_by_id_;
+  std::vector<std::size_t> received_of_group_;  ///< index into received_, by input group
 
   const RunClock* clock_ = nullptr;
   Pacing pacing_ = Pacing::realtime;
@@ -241,6 +257,9 @@ class CanDevice final : public Device {
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
   std::optional<LogPlayback> playback_;
+  std::set<canid_t> played_ids_;     ///< of the frames of the log
+  std::set<canid_t> discontinuous_;  ///< those of whose next frame the counter need not continue
+  std::atomic<std::uint64_t> interruptions_{0};
   FrameFaults faults_;
   bool injected_bus_off_ = false;
 

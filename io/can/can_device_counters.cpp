@@ -33,10 +33,29 @@ CanCounters CanDevice::counters() const noexcept {
 std::vector<LengthCounts> CanDevice::other_lengths() const {
   std::vector<LengthCounts> all;
   for (const Received& received : received_) {
-    const LengthCounts counts{received.message, received.longer->get(), received.shorter->get()};
+    const LengthCounts counts{received.message, received.counts->longer.get(),
+                              received.counts->shorter.get()};
     if (counts.longer + counts.shorter > 0) all.push_back(counts);
   }
   return all;
+}
+
+std::vector<RejectionCounts> CanDevice::rejections() const {
+  std::vector<RejectionCounts> all;
+  for (const Received& received : received_) {
+    const ReceivedCounts& counts = *received.counts;
+    const RejectionCounts rejections{received.message, counts.bad_checksum.get(), counts.bad_counter.get(),
+                                     counts.wrong_kind.get(), counts.rejected_by_scenario.get()};
+    if (rejections.bad_checksum + rejections.bad_counter + rejections.wrong_kind > 0)
+      all.push_back(rejections);
+  }
+  return all;
+}
+
+RejectedFrames CanDevice::rejected(std::size_t group) const noexcept {
+  const ReceivedCounts& counts = *received_[received_of_group_[group]].counts;
+  return {counts.bad_checksum.get() + counts.bad_counter.get() + counts.wrong_kind.get(),
+          counts.rejected_by_scenario.get()};
 }
 
 }  // namespace hil::io::can

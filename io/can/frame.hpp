@@ -29,6 +29,10 @@ struct Frame {
       0;  ///< run time at which the frame was on the bus (kernel timestamp where there is one)
   std::int64_t wall_ns =
       0;  ///< the same instant as nanoseconds since 1970; under the virtual clock equal to time_ns
+  bool is_altered = false;  ///< fault injection of a bus changed its payload
+  /// By fault injection of a bus, or since a log begins anew: its counter need not continue that of the frame
+  /// of its identifier before it.
+  bool is_discontinuous = false;
 
   bool is_error() const noexcept { return (raw.can_id & CAN_ERR_FLAG) != 0; }
   bool is_remote() const noexcept { return !is_fd && (raw.can_id & CAN_RTR_FLAG) != 0; }

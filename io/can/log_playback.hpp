@@ -89,6 +89,8 @@ class LogPlayback {
     retry_ns_ = now_ns + retry_after_ns;
     return true;
   }
+  /// The next frame is the first one of a pass.
+  bool is_at_begin() const noexcept { return index_ == 0; }
   /// No further frame is due.
   void cancel() noexcept { has_ended_ = true; }
 

@@ -133,15 +133,23 @@ MessageDecoder::Verdict MessageDecoder::check(const Frame& frame) noexcept {
   const auto payload = frame.payload().first(std::min<std::size_t>(frame.raw.len, layout_.frame_length()));
   if (layout_.checksum()) {
     const SignalCodec& codec = layout_.codec(*layout_.checksum());
-    if (!codec.is_whole_in(payload.size()) || codec.extract(payload) != layout_.checksum_of(payload))
+    if (!codec.is_whole_in(payload.size()) || codec.extract(payload) != layout_.checksum_of(payload)) {
+      ++unknown_counters_;
       return Verdict::bad_checksum;
+    }
   }
   if (layout_.counter()) {
     const SignalCodec& codec = layout_.codec(*layout_.counter());
-    if (!codec.is_whole_in(payload.size())) return Verdict::bad_counter;
+    if (!codec.is_whole_in(payload.size())) {
+      ++unknown_counters_;
+      return Verdict::bad_counter;
+    }
     const std::uint64_t counter = codec.extract(payload);
-    const bool expected = !last_counter_ || counter == ((*last_counter_ + 1) & codec.mask());
+    const std::uint64_t steps = last_counter_ ? (counter - *last_counter_) & codec.mask() : 1;
+    const bool is_first_again = steps == 0 && unknown_counters_ >= codec.mask();
+    const bool expected = is_first_again || (steps >= 1 && steps <= 1 + unknown_counters_);
     last_counter_ = counter;
+    unknown_counters_ = 0;
     if (!expected) return Verdict::bad_counter;
   }
   return Verdict::accepted;

@@ -127,7 +127,8 @@ class MessageDecoder {
 
   /// Checks a frame with this message's identifier. It may be longer than the message (padding) or shorter.
   /// The first counter value is always accepted. A wrong counter value becomes the reference for the next
-  /// one, so a lost frame causes one rejected frame, not all that follow.
+  /// one, so a lost frame causes one rejected frame, not all that follow. Of a frame that is rejected for its
+  /// checksum or its length the counter is not known: for each of them the next counter may be one higher.
   Verdict check(const Frame& frame) noexcept;
 
   /// Calls `take(signal index, physical value)` for each signal that is present and completely contained.
@@ -148,11 +149,16 @@ class MessageDecoder {
   }
 
   /// Accepts any next counter value, after the sender was lost.
-  void reset_counter() noexcept { last_counter_.reset(); }
+  void reset_counter() noexcept {
+    last_counter_.reset();
+    unknown_counters_ = 0;
+  }
 
  private:
   MessageLayout layout_;
   std::optional<std::uint64_t> last_counter_;
+  std::uint64_t unknown_counters_ =
+      0;  ///< frames since the one with last_counter_ whose counter is not known
 };
 
 }  // namespace hil::io::can

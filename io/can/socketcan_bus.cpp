@@ -183,7 +183,11 @@ SendResult SocketCanBus::send(const Frame& frame) noexcept {
   send_error_ = ENETDOWN;
   if (socket_ < 0 || lost_) return SendResult::error;
   const ssize_t sent = ::send(socket_, &frame.raw, frame.struct_size(), MSG_DONTWAIT);
-  if (sent == static_cast<ssize_t>(frame.struct_size())) return SendResult::sent;
+  if (sent == static_cast<ssize_t>(frame.struct_size())) {
+    if (frame.is_discontinuous) discontinuous_.emplace_back(sent_, frame);
+    ++sent_;
+    return SendResult::sent;
+  }
   if (sent < 0 && (errno == ENOBUFS || errno == EAGAIN || errno == EINTR)) return SendResult::no_buffer;
   send_error_ = sent < 0 ? errno : EIO;
   if (is_bus_gone(send_error_)) lose(send_error_);
@@ -233,6 +237,8 @@ ReceiveResult SocketCanBus::look_for_interface() noexcept {
   next_look_ns_ = now_ns + look_period_ns;
   if (!try_open().empty()) return ReceiveResult::lost;
   lost_ = false;
+  discontinuous_.clear();
+  received_back_ = sent_;
   set_fault({});
   reopened_.fetch_add(1, std::memory_order_relaxed);
   return ReceiveResult::empty;
@@ -266,6 +272,18 @@ bool SocketCanBus::fill(Frame& frame, msghdr& message, std::size_t size) noexcep
     }
   }
   frame.time_ns = now.run_ns - receive_time_.age_ns(frame.wall_ns, now.clocks);
+  frame.is_altered = false;
+  frame.is_discontinuous = frame.direction == Direction::tx && takes_discontinuity(frame);
+  return true;
+}
+
+bool SocketCanBus::takes_discontinuity(const Frame& frame) noexcept {
+  // The dropped frames may all be own ones.
+  const std::uint64_t latest = received_back_++ + dropped_.load(std::memory_order_relaxed);
+  if (discontinuous_.empty()) return false;
+  const auto& [number, sent] = discontinuous_.front();
+  if (latest < number || !sent.same_content(frame)) return false;
+  discontinuous_.pop_front();
   return true;
 }
 

@@ -14,8 +14,10 @@
 #include <sys/socket.h>
 
 #include <atomic>
+#include <deque>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "io/can/can_transport.hpp"
 #include "io/can/filter.hpp"
@@ -63,6 +65,9 @@ class SocketCanBus final : public CanTransport {
   ReceiveResult look_for_interface() noexcept;
   void lose(int system_error);
   bool fill(Frame& frame, msghdr& message, std::size_t size) noexcept;
+  /// Whether the own frame that came back was sent as a discontinuous one. The kernel returns own frames in
+  /// the order of sending, without those that the full socket dropped.
+  bool takes_discontinuity(const Frame& frame) noexcept;
   void set_fault(std::string text);
 
   SocketCanConfig config_;
@@ -74,6 +79,10 @@ class SocketCanBus final : public CanTransport {
   bool lost_ = false;                ///< no frames beyond those that the socket still holds
   std::int64_t next_look_ns_ = 0;    ///< monotonic time of the next attempt to reopen the interface
   std::uint32_t last_overflow_ = 0;  ///< the kernel's count for this socket
+  /// Frames that were sent as discontinuous and have not come back, with their numbers in the order of
+  /// sending.
+  std::deque<std::pair<std::uint64_t, Frame>> discontinuous_;
+  std::uint64_t sent_ = 0, received_back_ = 0;  ///< own frames
 
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<std::uint64_t> malformed_{0};

@@ -35,7 +35,8 @@ struct RegisterEntry {
   double minimum = -std::numeric_limits<double>::infinity();
   double maximum = std::numeric_limits<double>::infinity();
   double safe_value = 0.0;
-  bool writable = false;  ///< from the view of hil. true: hil writes it; false: hil reads it
+  bool writable = false;     ///< from the view of hil. true: hil writes it; false: hil reads it
+  bool is_optional = false;  ///< of one that hil reads: a value need not come
 };
 
 struct RegisterMap {

@@ -41,6 +41,7 @@ class FaultInjector {
     }
     if (corrupt && frame.raw.len > 0 && !frame.is_remote()) {
       corrupted_.add();
+      frame.is_altered = true;
       const std::uint64_t chosen = bit % (8U * frame.raw.len);
       frame.raw.data[chosen / 8] ^= static_cast<std::uint8_t>(1U << (chosen % 8));
     }

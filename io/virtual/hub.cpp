@@ -243,7 +243,13 @@ void Hub::forget_oldest_closed() noexcept {
 }
 
 void Hub::route(can::Frame frame, ConnectionNumber sender) {
-  switch (faults_.decide(frame, sender == own_station)) {
+  const FaultInjector::FaultOutcome outcome = faults_.decide(frame, sender == own_station);
+  if (outcome == FaultInjector::FaultOutcome::drop) {
+    lost_ids_.insert(frame.raw.can_id);
+  } else if (lost_ids_.erase(frame.raw.can_id) > 0) {
+    frame.is_discontinuous = true;
+  }
+  switch (outcome) {
     case FaultInjector::FaultOutcome::drop:
       return;
     case FaultInjector::FaultOutcome::delay: {

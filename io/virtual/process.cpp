@@ -22,21 +22,11 @@ namespace hil::io::process {
 
 namespace {
 
-std::string find_program(const ChildConfig& config) {
+std::string program_of(const ChildConfig& config) {
   const std::string& program = config.command.front();
   if (program.find('/') != std::string::npos) return program;
-  std::vector<std::filesystem::path> folders = config.search_folders;
-  const char* const path = std::getenv("PATH");
-  std::string rest = path == nullptr ? "/usr/local/bin:/usr/bin:/bin" : path;
-  while (!rest.empty()) {
-    const std::size_t colon = rest.find(':');
-    folders.emplace_back(rest.substr(0, colon));
-    rest = colon == std::string::npos ? "" : rest.substr(colon + 1);
-  }
-  for (const auto& folder : folders) {
-    std::string candidate = (folder / program).string();
-    if (::access(candidate.c_str(), X_OK) == 0 && !std::filesystem::is_directory(candidate)) return candidate;
-  }
+  std::string found = find_program(program, config.search_folders);
+  if (!found.empty()) return found;
   std::string text = "process '" + config.name + "': no program '" + program + "' was found";
   for (const auto& folder : config.search_folders)
     text += ", not in '" + folder.string() + "'";
@@ -111,6 +101,21 @@ int collect(pid_t pid) noexcept {
 
 }  // namespace
 
+std::string find_program(const std::string& name, std::vector<std::filesystem::path> folders) {
+  const char* const path = std::getenv("PATH");
+  std::string rest = path == nullptr ? "/usr/local/bin:/usr/bin:/bin" : path;
+  while (!rest.empty()) {
+    const std::size_t colon = rest.find(':');
+    folders.emplace_back(rest.substr(0, colon));
+    rest = colon == std::string::npos ? "" : rest.substr(colon + 1);
+  }
+  for (const auto& folder : folders) {
+    std::string candidate = (folder / name).string();
+    if (::access(candidate.c_str(), X_OK) == 0 && !std::filesystem::is_directory(candidate)) return candidate;
+  }
+  return {};
+}
+
 std::string describe(const Exit& exit) {
   if (exit.how == Exit::How::exited) return "exited with code " + std::to_string(exit.code);
   return "was ended by signal " + std::to_string(exit.code) + " (" + ::strsignal(exit.code) + ")";
@@ -121,7 +126,7 @@ Child::Child(const ChildConfig& config) : name_(config.name) {
   const auto refuse = [&](const std::string& what, int error) {
     throw DeviceError("process '" + config.name + "': " + what + ": " + std::strerror(error));
   };
-  const std::string program = find_program(config);
+  const std::string program = program_of(config);
   std::vector<std::string> words = config.command;
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);

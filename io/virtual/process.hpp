@@ -47,6 +47,10 @@ struct Exit {
   bool operator==(const Exit&) const = default;
 };
 
+/// The executable file with this name, without '/', in one of the folders, or else in one of PATH; empty:
+/// there is none.
+std::string find_program(const std::string& name, std::vector<std::filesystem::path> folders);
+
 /// "exited with code 3", "was ended by signal 11 (Segmentation fault)".
 std::string describe(const Exit& exit);
 

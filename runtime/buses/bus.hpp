@@ -100,6 +100,12 @@ class BusDevice {
   virtual std::string log_fault() const { return {}; }
 };
 
+/// What a run that passes requires of a group of inputs (io::InputGroup).
+struct InputRule {
+  bool has_to_come = true;         ///< and to be fresh
+  std::uint64_t max_rejected = 0;  ///< refused frames, without those that the scenario made
+};
+
 /// A bus of a scenario, connected to the signals of a run.
 class BusWiring {
  public:
@@ -112,6 +118,8 @@ class BusWiring {
   virtual void describe_signals(const std::string& prefix, KnownSignals& known) const {
     static_cast<void>(prefix), static_cast<void>(known);
   }
+  /// `group`: an index into input_groups() of the channels.
+  virtual InputRule input_rule(std::size_t group) const = 0;
   /// Sets the source of each output, by channel index. On entry each is a constant with its safe value.
   virtual void connect(const KnownSignals& known, std::vector<Source>& outputs,
                        config::Diagnostics& diagnostics) const = 0;

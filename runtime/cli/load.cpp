@@ -1,6 +1,9 @@
 #include "runtime/cli/load.hpp"
 
+#include <array>
 #include <cstdio>
+
+#include "runtime/run/program_check.hpp"
 
 namespace hil::cli {
 
@@ -13,7 +16,12 @@ std::vector<std::string> with_additions(const std::vector<std::string>& addition
   return all;
 }
 
-std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides) {
+std::filesystem::path program_folder() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
+}
+
+std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides,
+                           std::string* mistakes) {
   config::Diagnostics diagnostics;
   auto scenario = config::load_scenario_to_wire(file, overrides, run::scenario_types(), diagnostics);
   std::optional<run::Wiring> wiring;
@@ -21,10 +29,15 @@ std::optional<Loaded> load(const std::string& file, const std::vector<std::strin
   if (scenario) {
     auto wired = std::make_unique<config::Scenario>(std::move(*scenario));
     wiring = run::wire(*wired, diagnostics);
+    run::check_programs(*wired, std::array{program_folder()}, diagnostics);
     loaded.scenario = std::move(wired);
   }
-  std::fputs(diagnostics.to_text().c_str(), stderr);
-  if (!wiring || !diagnostics.empty()) return std::nullopt;
+  const std::string text = diagnostics.to_text();
+  std::fputs(text.c_str(), stderr);
+  if (!wiring || !diagnostics.empty()) {
+    if (mistakes != nullptr) *mistakes = text;
+    return std::nullopt;
+  }
   loaded.wiring = std::move(*wiring);
   loaded.warning_count = diagnostics.warning_count();
   return loaded;

@@ -3,6 +3,7 @@
 // stderr, all at once.
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,8 +19,13 @@ struct Loaded {
   std::size_t warning_count = 0;
 };
 
-/// Empty when there was a mistake; all mistakes have then been printed.
-std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides);
+/// The folder of this program, in which those of a scenario are searched first.
+std::filesystem::path program_folder();
+
+/// Empty when there was a mistake; all mistakes have then been printed, and `mistakes`, if it is not null,
+/// has them and the warnings, one line each.
+std::optional<Loaded> load(const std::string& file, const std::vector<std::string>& overrides,
+                           std::string* mistakes = nullptr);
 
 /// The overrides of --add, then those of --set (config/overrides.hpp).
 std::vector<std::string> with_additions(const std::vector<std::string>& additions,

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <new>
+#include <string>
 
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/cli/usage_error.hpp"
@@ -27,8 +28,9 @@ int command_line(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    std::fprintf(stderr, "%s\n", hil::cli::usage_error(app, error).c_str());
-    return hil::run::exit_bad_config;
+    const std::string mistake = hil::cli::usage_error(app, error);
+    std::fprintf(stderr, "%s\n", mistake.c_str());
+    return hil::cli::refuse_arguments(app, mistake);
   }
   return exit_code;
 }

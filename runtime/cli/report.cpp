@@ -5,6 +5,7 @@
 #include "runtime/report/report_files.hpp"
 #include "runtime/report/report_json.hpp"
 #include "runtime/report/report_text.hpp"
+#include "runtime/run/run_folder.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
@@ -17,10 +18,14 @@ void add_report(CLI::App& app, int& exit_code) {
   command->callback([directory, &exit_code] {
     try {
       const report::RunRecord record = report::load_report(*directory);
+      run::require_no_links(*directory);
       report::remake_report(record, *directory);
       std::fputs(report::report_text(record, *directory).c_str(), stdout);
       exit_code = flush_output("report", run::exit_passed);
     } catch (const report::ReportError& error) {
+      std::fprintf(stderr, "hil report: %s\n", error.what());
+      exit_code = run::exit_io_failed;
+    } catch (const io::DeviceError& error) {
       std::fprintf(stderr, "hil report: %s\n", error.what());
       exit_code = run::exit_io_failed;
     }

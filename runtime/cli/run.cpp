@@ -89,10 +89,6 @@ std::filesystem::path default_directory(const std::string& scenario) {
   return directory;
 }
 
-std::filesystem::path program_folder() {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path();
-}
-
 std::size_t terminal_columns() {
   winsize size{};
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
@@ -161,19 +157,6 @@ int write_refusal(const config::Scenario& scenario, const run::SessionOptions& o
   return exit_code;
 }
 
-/// Removes the reports of an earlier run, so that they are not taken for this one's. The recorded world of
-/// that run stays: a mistake in the arguments must not delete a history.
-int refuse_scenario(const std::string& directory) {
-  std::error_code absent;
-  if (directory.empty() || !std::filesystem::is_directory(directory, absent)) return run::exit_bad_config;
-  try {
-    run::RunFolder(directory).clear_reports();
-  } catch (const io::DeviceError& error) {
-    std::fprintf(stderr, "hil run: %s\n", error.what());
-  }
-  return run::exit_bad_config;
-}
-
 int run_in_folder(Loaded& loaded, const run::SessionOptions& options, const run::RunFolder& folder,
                   bool live) {
   run::SessionResult result;
@@ -189,19 +172,39 @@ int run_in_folder(Loaded& loaded, const run::SessionOptions& options, const run:
                  : write_and_print_report(result, options);
 }
 
+/// Leaves junit.xml with the mistakes in the folder in place of the reports of an earlier run, so that those
+/// are not taken for this one's. The recorded world of that run stays: a mistake in the arguments must not
+/// delete a history. `directory` is empty when the arguments name none.
+int refuse_run(const std::string& directory, const std::string& scenario, const std::string& mistakes) {
+  if (directory.empty()) return run::exit_bad_config;
+  const std::string name = std::filesystem::path(scenario).stem().string();
+  try {
+    const run::RunFolder folder(directory);
+    folder.clear_reports();
+    report::write_refusal(name.empty() ? "run" : name, mistakes, directory);
+  } catch (const std::runtime_error& error) {  // of a device or a report
+    std::fprintf(stderr, "hil run: %s\n", error.what());
+  }
+  return run::exit_bad_config;
+}
+
 int run(const Arguments& arguments, bool seed_given) {
   const std::vector<std::string> overrides = all_overrides(arguments, seed_given);
   run::SessionOptions options;
+  const auto refuse = [&](const std::string& mistakes) {
+    return refuse_run(arguments.directory, arguments.scenario, mistakes);
+  };
   if (arguments.fail_on) {
     config::Diagnostics diagnostics;
     options.fail_on = run::parse_fail_on(*arguments.fail_on, diagnostics);
     if (!options.fail_on) {
       std::fputs(diagnostics.to_text().c_str(), stderr);
-      return refuse_scenario(arguments.directory);
+      return refuse(diagnostics.to_text());
     }
   }
-  auto loaded = load(arguments.scenario, overrides);
-  if (!loaded) return refuse_scenario(arguments.directory);
+  std::string mistakes;
+  auto loaded = load(arguments.scenario, overrides, &mistakes);
+  if (!loaded) return refuse(mistakes);
   options.directory = arguments.directory.empty() ? default_directory(arguments.scenario)
                                                   : std::filesystem::path(arguments.directory);
   options.overrides = as_pairs(overrides);
@@ -229,6 +232,16 @@ int run(const Arguments& arguments, bool seed_given) {
 }
 
 }  // namespace
+
+int refuse_arguments(const CLI::App& app, const std::string& mistake) {
+  const CLI::App* const run = app.get_subcommand("run");
+  const auto value_of = [&](const std::string& option) {
+    const std::vector<std::string>& values = run->get_option(option)->results();
+    return values.empty() ? std::string() : values.front();
+  };
+  if (run->count_all() == 0) return run::exit_bad_config;
+  return refuse_run(value_of("--out"), value_of("scenario"), mistake);
+}
 
 void add_run(CLI::App& app, int& exit_code) {
   auto arguments = std::make_shared<Arguments>();

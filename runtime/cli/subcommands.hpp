@@ -4,9 +4,14 @@
 
 #include <CLI/CLI.hpp>
 
+#include <string>
+
 namespace hil::cli {
 
 void add_run(CLI::App& app, int& exit_code);
+/// The exit code for a command line that can not be parsed. When it names `run` and a folder for it, the
+/// folder gets a junit.xml with the mistake.
+int refuse_arguments(const CLI::App& app, const std::string& mistake);
 void add_check(CLI::App& app, int& exit_code);
 void add_report(CLI::App& app, int& exit_code);
 void add_history(CLI::App& app, int& exit_code);

@@ -52,11 +52,12 @@ using BusSections = std::vector<std::shared_ptr<const BusSection>>;
 
 /// What a scenario may contain of a type of bus.
 struct BusSectionType {
-  std::string key;       ///< of the list in a scenario, and the first word of its signals' names: "can"
-  std::string about;     ///< of that list, for the documentation: "The CAN buses."
-  std::string name_key;  ///< of an entry's name, by which --set finds the entry: "bus"
-  std::string noun;      ///< one of them, in sentences: "CAN bus"
-  std::string plural;    ///< "CAN buses"
+  std::string key;           ///< of the list in a scenario, and the first word of its signals' names: "can"
+  std::string about;         ///< of that list, for the documentation: "The CAN buses."
+  std::string name_key;      ///< of an entry's name, by which --set finds the entry: "bus"
+  std::string noun;          ///< one of them, in sentences: "CAN bus"
+  std::string plural;        ///< "CAN buses"
+  std::string input_noun{};  ///< a group of its inputs: "message", "register"
   /// Of an entry: a record with `name_key`, `rate` and `may_be_lost`, and perhaps `priority`, of the schemas
   /// in shared_schemas.hpp.
   Schema entry;

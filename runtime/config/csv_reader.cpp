@@ -15,8 +15,13 @@ namespace {
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
 constexpr std::string_view separator_key = "sep=";
 
+constexpr const char* separated_by_tabs =
+    "the cells are separated by tabs; separate them by ',' or ';' (a tab inside a cell needs quotes)";
+
 std::optional<double> finite_number(std::string_view text) {
   double number = 0.0;
+  // from_chars takes no plus. A sign behind it is no number.
+  if (text.starts_with('+') && !text.substr(1).starts_with('-')) text.remove_prefix(1);
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   const bool is_whole = error == std::errc() && end == text.data() + text.size();
   return is_whole && std::isfinite(number) ? std::optional(number) : std::nullopt;
@@ -67,6 +72,7 @@ CsvReader::CsvReader(std::string path, const Place& named_at, Diagnostics& diagn
 
 bool CsvReader::split_cells(std::size_t begin) {
   cells_.clear();
+  has_tab_ = false;
   while (cells_.size() < max_csv_columns) {
     if (!take_cell(begin)) return false;
     if (begin == line_.size()) return true;
@@ -83,6 +89,7 @@ bool CsvReader::take_cell(std::size_t& begin) {
   const std::size_t first = text.empty() ? begin : static_cast<std::size_t>(text.data() - line.data());
   begin = first;
   if (text.starts_with('"')) return take_quoted_cell(begin);
+  has_tab_ |= text.find('\t') != std::string_view::npos;
   cells_.push_back({text, static_cast<std::uint32_t>(first + 1)});
   begin = end;
   return true;
@@ -102,7 +109,10 @@ bool CsvReader::take_quoted_cell(std::size_t& begin) {
     line_[first + length++] = line_[next];
   }
   const std::size_t end = std::min(line_.find(separator_, ++next), line_.size());
-  if (!trimmed(std::string_view(line_).substr(next, end - next)).empty())
+  const std::string_view rest = std::string_view(line_).substr(next, end - next);
+  if (!trimmed(rest).empty() && rest.find('\t') != std::string_view::npos)
+    return refuse_row(separated_by_tabs, next + 1);
+  if (!trimmed(rest).empty())
     return refuse_row("text follows the closing quote; write a quote inside a cell twice", next + 1);
   cells_.push_back({std::string_view(line_).substr(first, length), static_cast<std::uint32_t>(first + 1)});
   begin = end;
@@ -119,6 +129,7 @@ bool CsvReader::next() {
     if (text.empty() || text.starts_with('#')) continue;
     if (line_number_ == 1 && text.starts_with(separator_key)) {
       const std::string_view separator = text.substr(separator_key.size());
+      if (separator.empty() && line_.find('\t') != std::string::npos) return refuse_row(separated_by_tabs);
       if (separator != "," && separator != ";")
         return refuse_row("cells are separated by ',' or ';', not by " + in_quotes(separator));
       separator_ = separator.front();
@@ -127,7 +138,9 @@ bool CsvReader::next() {
     const char first_separator = separator_of(text);
     if (separator_ == 0) separator_ = first_separator == 0 ? ',' : first_separator;
     if (!split_cells(begin)) return false;
-    if (columns == 0 || cells_.size() == columns) return true;
+    const bool has_all_cells = columns == 0 || cells_.size() == columns;
+    if (has_tab_ && (columns == 0 || !has_all_cells)) return refuse_row(separated_by_tabs);
+    if (has_all_cells) return true;
     const bool has_other_separator = cells_.size() == 1 && first_separator != 0;
     return refuse_row("the row has " + std::to_string(cells_.size()) +
                       (cells_.size() == 1 ? " cell" : " cells") + " and the file " + std::to_string(columns) +

@@ -4,8 +4,9 @@
 // Cells are separated by commas or by semicolons: by the one of them that the first line gives as "sep=;", or
 // else that comes first in the first row, outside of quotes. Blanks around cells do not count, and neither do
 // lines without text or that start with #. A cell may be in quotes ("): it then may have separators and
-// blanks, and a doubled quote is a quote of its text. A cell ends in its line. Numbers have a decimal point.
-// A byte order mark is skipped.
+// blanks, and a doubled quote is a quote of its text. A cell ends in its line. Numbers have a decimal point
+// and may begin with a plus or a minus. A byte order mark is skipped. A file whose cells are separated by
+// tabs is refused.
 //
 // Threads: one.
 
@@ -81,6 +82,7 @@ class CsvReader {
   std::uint32_t line_number_ = 0;
   char separator_ = 0;  ///< 0: before the first row
   std::vector<Cell> cells_;
+  bool has_tab_ = false;  ///< a cell of the current row that is not in quotes has a tab inside
 };
 
 }  // namespace hil::config

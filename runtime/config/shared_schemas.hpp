@@ -34,4 +34,12 @@ inline Field may_be_lost_field(const std::string& subject) {
       "Whether the run may pass although it is lost (otherwise exit code 4). " + subject);
 }
 
+/// `subject`: what need not come.
+inline Field optional_field(const std::string& subject) {
+  return Field::with_default("optional", Schema::boolean(), "false",
+                             "Whether the run may pass although " + subject +
+                                 " never comes or is not fresh on more than 5 % of the ticks after its first "
+                                 "arrival (otherwise exit code 1).");
+}
+
 }  // namespace hil::config

@@ -37,6 +37,10 @@ bool run_completed(Verdict verdict) {
          verdict == Verdict::timing_broken;
 }
 
+bool has_buses(const RunRecord& record) {
+  return std::ranges::any_of(record.buses, [](const BusGroup& group) { return !group.buses.empty(); });
+}
+
 class Cases {
  public:
   Cases(Markup& xml, const RunRecord& record)
@@ -50,6 +54,7 @@ class Cases {
     if (record_.verdict == Verdict::completed) xml_.leaf("skipped", {{"message", record_.reason}});
     xml_.close();
     timing();
+    if (has_buses(record_)) inputs();
     if (!record_.stimuli.empty() || !record_.faults.empty()) injections();
   }
 
@@ -97,6 +102,16 @@ class Cases {
     xml_.close();
   }
 
+  void inputs() {
+    open("messages and registers came", record_.run_time_ns);
+    if (!record_.input_failures.empty()) {
+      std::string all;
+      for (const std::string& sentence : record_.input_failures)
+        all += sentence + '\n';
+      xml_.element("failure", {{"message", record_.input_failures.front()}, {"type", "failed"}}, all);
+    }
+    xml_.close();
+  }
   void injections() {
     open("stimuli and faults took effect", record_.run_time_ns);
     const std::vector<std::string> unchecked = sentences_of_unchecked_injections(record_);
@@ -121,11 +136,12 @@ std::string junit_xml(const RunRecord& record) {
   const auto failed = std::ranges::count_if(record.expectations, [](const Expectation& expectation) {
     return expectation.result != ExpectationResult::held;
   });
-  const auto failures = static_cast<std::uint64_t>(failed) +
-                        (record.verdict == Verdict::timing_broken ? 1 : 0) +
-                        (sentences_of_unchecked_injections(record).empty() ? 0 : 1);
+  const auto failures =
+      static_cast<std::uint64_t>(failed) + (record.verdict == Verdict::timing_broken ? 1 : 0) +
+      (record.input_failures.empty() ? 0 : 1) + (sentences_of_unchecked_injections(record).empty() ? 0 : 1);
   const bool has_injections = !record.stimuli.empty() || !record.faults.empty();
-  const std::string tests = std::to_string(record.expectations.size() + (has_injections ? 3 : 2));
+  const std::string tests =
+      std::to_string(record.expectations.size() + 2 + (has_buses(record) ? 1 : 0) + (has_injections ? 1 : 0));
   const std::string errors = run_completed(record.verdict) ? "0" : "1";
   const std::string time = seconds(record.wall_ns);
   Markup xml;
@@ -141,6 +157,19 @@ std::string junit_xml(const RunRecord& record) {
                          {"timestamp", record.started_at}});
   Cases(xml, record).all();
   xml.close().close();
+  return xml.take();
+}
+
+std::string refusal_junit_xml(const std::string& scenario, const std::string& mistakes) {
+  const std::string first = mistakes.substr(0, mistakes.find('\n'));
+  Markup xml;
+  xml.raw("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+  xml.open("testsuites", {{"tests", "1"}, {"failures", "0"}, {"errors", "1"}, {"time", "0"}});
+  xml.open("testsuite",
+           {{"name", scenario}, {"tests", "1"}, {"failures", "0"}, {"errors", "1"}, {"time", "0"}});
+  xml.open("testcase", {{"classname", "hil." + scenario}, {"name", "run completed"}, {"time", "0"}});
+  xml.element("error", {{"message", first}, {"type", to_string(Verdict::refused)}}, mistakes);
+  xml.close().close().close();
   return xml.take();
 }
 

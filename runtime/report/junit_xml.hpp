@@ -1,7 +1,7 @@
 #pragma once
-// junit.xml: one test case per expectation, one for the run ("run completed") and one for its timing
-// ("timing not broken"), so that a CI system shows them separately and the set of cases is the same in
-// every run.
+// junit.xml: one test case per expectation, one for the run ("run completed") and one for its timing ("timing
+// not broken"), with buses one for their inputs ("messages and registers came"), so that a CI system shows
+// them separately and the set of cases is the same in every run.
 
 #include <string>
 
@@ -15,5 +15,10 @@ namespace hil::report {
 /// refused; "timing not broken" is a failure for timing_broken. Its system-out has the misses and skipped
 /// ticks that the verdict tolerates.
 std::string junit_xml(const RunRecord& record);
+
+/// The file of a run that was refused before its scenario was known: one test case, "run completed", with an
+/// error. `scenario`: its name, or that of its file. The first line of `mistakes` is the message of the
+/// error, all of them are its text.
+std::string refusal_junit_xml(const std::string& scenario, const std::string& mistakes);
 
 }  // namespace hil::report

@@ -461,6 +461,7 @@ void each_field(T& record, Visit&& visit) {
   visit("losses", record.losses);
   visit("losses_not_listed", record.losses_not_listed);
   visit("failures", record.failures);
+  visit("input_failures", record.input_failures);
   visit("tasks", record.tasks);
   visit("base_stages", record.base_stages);
   visit("watchdog", record.watchdog);

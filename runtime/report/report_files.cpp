@@ -135,6 +135,11 @@ void remake_report(const RunRecord& record, const fs::path& directory) {
   write_text(directory / "report.html", report_html(record));
 }
 
+void write_refusal(const std::string& scenario, const std::string& mistakes, const fs::path& directory) {
+  make_directory(directory);
+  write_text(directory / "junit.xml", refusal_junit_xml(scenario, mistakes));
+}
+
 void write_trace(const TraceRecord& trace, const fs::path& directory) {
   make_directory(directory);
   write_file(directory / "trace.json", [&](std::ostream& out) { write_trace_json(out, trace); });

@@ -20,6 +20,10 @@ void write_report(const RunRecord& record, const std::filesystem::path& director
 /// (n from 1): all that can be made again from report.json.
 void remake_report(const RunRecord& record, const std::filesystem::path& directory);
 
+/// junit.xml alone, of a run that was refused before its scenario was known (refusal_junit_xml).
+void write_refusal(const std::string& scenario, const std::string& mistakes,
+                   const std::filesystem::path& directory);
+
 void write_trace(const TraceRecord& trace, const std::filesystem::path& directory);
 
 /// Reads DIR/report.json.

@@ -22,7 +22,7 @@ namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 15;
+inline constexpr int schema_version = 16;
 
 using contribution::BusGroup;
 using contribution::BusRecord;
@@ -407,6 +407,8 @@ struct RunRecord {
   /// The reasons for exit code 4, one sentence each, the most serious first: what was lost, not sent or not
   /// written.
   std::vector<std::string> failures;
+  /// Reasons for exit code 1, one sentence each: messages and registers that did not come, refused frames.
+  std::vector<std::string> input_failures;
   std::vector<ResponseTime> response_times;
   std::vector<Event> events;
   std::uint64_t events_not_listed = 0;  ///< further ones of modules, stimuli and faults

@@ -11,6 +11,7 @@ DeviceLink::DeviceLink(io::Device& device, Links links, signals::SignalTable& ta
       table_(table),
       pacing_(pacing),
       samples_(device.inputs().size()),
+      fresh_(device.input_groups().size(), 0),
       values_(device.outputs().size()) {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     values_[i] = device.outputs()[i].safe_value;
@@ -27,12 +28,15 @@ void DeviceLink::latch_inputs(std::int64_t time_ns) noexcept {
   }
   if (links_.connected.valid()) table_.write(links_.connected, device_.connected() ? 1.0 : 0.0, time_ns);
   const auto groups = device_.input_groups();
-  for (std::size_t i = 0; i < links_.fresh.size(); ++i) {
-    if (!links_.fresh[i].valid()) continue;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
     const auto inputs = std::span(samples_).subspan(groups[i].first, groups[i].count);
     const bool fresh =
         std::any_of(inputs.begin(), inputs.end(), [](const auto& input) { return input.fresh; });
-    table_.write(links_.fresh[i], fresh ? 1.0 : 0.0, time_ns);
+    fresh_[i] = fresh ? 1 : 0;
+    if (i < links_.fresh.size() && links_.fresh[i].valid())
+      table_.write(links_.fresh[i], fresh ? 1.0 : 0.0, time_ns);
+    if (i < links_.rejected.size() && links_.rejected[i].valid())
+      table_.write(links_.rejected[i], static_cast<double>(device_.rejected(i).count), time_ns);
   }
 }
 

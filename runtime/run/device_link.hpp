@@ -3,6 +3,7 @@
 // a task with the device's rate releases its outputs. Under the virtual clock the same task exchanges
 // frames with the device in lock-step.
 
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string>
@@ -25,6 +26,8 @@ class DeviceLink final : public executive::Task {
   io::Device& device() const noexcept { return device_; }
   /// To be called by the base thread at the beginning of every tick.
   void latch_inputs(std::int64_t time_ns) noexcept;
+  /// Whether an input of the group was fresh when inputs were latched last. Base thread.
+  bool is_fresh(std::size_t group) const noexcept { return fresh_[group] != 0; }
   /// Base thread. While `hold` is true, step() releases the safe values of the outputs instead of their
   /// signals.
   void hold_safe_values(bool hold) noexcept { holds_safe_values_ = hold; }
@@ -47,6 +50,7 @@ class DeviceLink final : public executive::Task {
   std::vector<ObservedOutput> observed_outputs_;
   io::RunTimeNs last_release_ns_ = std::numeric_limits<io::RunTimeNs>::min();
   std::vector<io::Sample> samples_;
+  std::vector<std::uint8_t> fresh_;  ///< by input group
   std::vector<double> values_;
   bool in_step_ = true;
   bool holds_safe_values_ = false;

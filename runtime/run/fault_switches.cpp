@@ -84,8 +84,8 @@ class ProcessSwitch final : public injection::FaultSwitch {
 
 class TaskSwitch final : public injection::FaultSwitch {
  public:
-  TaskSwitch(ModuleTask& task, std::int64_t period_ns, std::int64_t added_ns)
-      : task_(task), period_ns_(period_ns), added_ns_(added_ns) {}
+  TaskSwitch(ModuleTask& task, RunBuses& buses, std::int64_t period_ns, std::int64_t added_ns)
+      : task_(task), buses_(buses), period_ns_(period_ns), added_ns_(added_ns) {}
   void set(bool active) noexcept override {
     // While this fault is active, every lengthened step is lengthened by it, also when other faults of the
     // task are active.
@@ -93,6 +93,7 @@ class TaskSwitch final : public injection::FaultSwitch {
     longer_before_ = task_.longer_steps();
     is_active_ = active;
     task_.add_duration(active ? added_ns_ : -added_ns_);
+    buses_.set_task_fault(active);
   }
   injection::FaultEffect effect() const override {
     const std::uint64_t longer = longer_steps_ + (is_active_ ? task_.longer_steps() - longer_before_ : 0);
@@ -104,12 +105,14 @@ class TaskSwitch final : public injection::FaultSwitch {
 
  private:
   ModuleTask& task_;
+  RunBuses& buses_;
   const std::int64_t period_ns_, added_ns_;
   bool is_active_ = false;
   std::uint64_t longer_steps_ = 0, longer_before_ = 0;
 };
 
-/// The buses whose addresses the command of a process contains.
+}  // namespace
+
 std::vector<std::size_t> buses_in(const config::ProcessSection& process, const Wiring& wiring) {
   std::vector<std::size_t> buses;
   for (std::size_t i = 0; i < wiring.buses.size(); ++i) {
@@ -123,8 +126,6 @@ std::vector<std::size_t> buses_in(const config::ProcessSection& process, const W
   }
   return buses;
 }
-
-}  // namespace
 
 FaultSwitches::FaultSwitches(const Wiring& wiring, RunBuses& buses, ProcessWatch& processes,
                              std::span<const std::unique_ptr<ModuleTask>> tasks)
@@ -141,7 +142,7 @@ FaultSwitches::FaultSwitches(const Wiring& wiring, RunBuses& buses, ProcessWatch
     if (section.target == FaultSection::Target::task) {
       for (std::size_t task = 0; task < scenario.tasks.size(); ++task) {
         if (scenario.tasks[task].module.text == section.subject.text)
-          add(i, std::make_unique<TaskSwitch>(*tasks[task],
+          add(i, std::make_unique<TaskSwitch>(*tasks[task], buses,
                                               scenario.base_period_ns * scenario.tasks[task].every_ticks,
                                               section.duration_ns));
       }

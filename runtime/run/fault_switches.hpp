@@ -15,6 +15,9 @@
 
 namespace hil::run {
 
+/// The buses whose addresses the command of a process contains, by their place in the wiring.
+std::vector<std::size_t> buses_in(const config::ProcessSection& process, const Wiring& wiring);
+
 class FaultSwitches {
  public:
   /// All arguments outlive it. `tasks`: by task of the scenario.

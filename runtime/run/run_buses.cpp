@@ -96,6 +96,35 @@ void RunBuses::start_remaining_devices() {
   device_watch_.emplace(std::move(watched), context_.is_virtual ? DeviceWatch::Causes::only_reported
                                                                 : DeviceWatch::Causes::in_events);
   loss_watch_.emplace(std::move(subjects));
+  watch_inputs();
+}
+
+void RunBuses::watch_inputs() {
+  std::vector<InputWatch::Subject> subjects;
+  for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
+    const config::BusSection& section = *buses_[bus].wired->section;
+    const io::Device& device = buses_[bus].device->device();
+    buses_[bus].first_input = inputs_.size();
+    for (std::size_t group = 0; group < device.input_groups().size(); ++group) {
+      const io::InputGroup& inputs = device.input_groups()[group];
+      const buses::InputRule rule = buses_[bus].wired->bus->input_rule(group);
+      subjects.push_back({.name = section.type->input_noun + " " + section.full_name() + "." + inputs.name,
+                          .has_to_come = rule.has_to_come,
+                          .recovery_ns = inputs.timeout_ns > 0 ? inputs.timeout_ns : device.loss_timeout_ns(),
+                          .max_rejected = rule.max_rejected});
+      inputs_.push_back({bus, group});
+    }
+  }
+  for (const BusFault& fault : wiring_.bus_faults) {
+    std::vector<std::size_t>& silenced = silenced_by_.emplace_back();
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      if (inputs_[i].bus == fault.bus &&
+          buses_[fault.bus].device->device().can_silence(fault.injected, inputs_[i].group))
+        silenced.push_back(i);
+    }
+  }
+  input_states_.resize(inputs_.size());
+  input_watch_.emplace(std::move(subjects), context_.scenario.base_period_ns);
 }
 
 std::string RunBuses::address_of(const std::string& section, const std::string& name) const {
@@ -118,6 +147,8 @@ void RunBuses::add_tasks(executive::Executive& executive) {
 void RunBuses::set_fault(const BusFault& fault, const std::string& name, bool active) noexcept {
   links_[fault.bus]->device().set_fault(fault.number, active);
   if (fault.injected.message.empty()) loss_watch_->set_fault(fault.bus, name, active);
+  for (const std::size_t input : silenced_by_[static_cast<std::size_t>(&fault - wiring_.bus_faults.data())])
+    input_watch_->set_fault(input, active, fault.injected.delay_ns);
 }
 
 std::uint64_t RunBuses::fault_count(const BusFault& fault) const noexcept {
@@ -135,6 +166,21 @@ std::optional<std::size_t> RunBuses::fault_stopped_by(const BusFault& fault) con
 void RunBuses::set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept {
   if (context_.is_virtual) links_[bus]->device().set_away(process, away);
   loss_watch_->set_fault(bus, name, away);
+  links_[bus]->device().note_interruption();
+  for (std::size_t input = 0; input < inputs_.size(); ++input)
+    if (inputs_[input].bus == bus) input_watch_->set_fault(input, away);
+}
+
+void RunBuses::end_tick(std::int64_t time_ns) noexcept {
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const auto [bus, group] = inputs_[i];
+    const io::Device& device = links_[bus]->device();
+    const bool is_connected = device.connected() && device.has_answered();
+    const bool is_lost = buses_[bus].lacks_program->load(std::memory_order_relaxed) ||
+                         (buses_[bus].wired->section->may_be_lost && !is_connected);
+    input_states_[i] = {.is_fresh = links_[bus]->is_fresh(group), .is_permitted_loss = is_lost};
+  }
+  input_watch_->check(time_ns, input_states_);
 }
 
 void RunBuses::begin_tick(std::int64_t time_ns) noexcept {
@@ -213,6 +259,7 @@ void RunBuses::fill(std::int64_t end_ns, report::RunRecord& record) const {
     const auto group =
         std::ranges::find(record.buses, bus.wired->section->type->key, &report::BusGroup::list_key);
     group->buses.push_back(bus.device->record());
+    group->buses.back().fields.push_back({"inputs", input_rows(bus)});
     const std::optional<buses::PlaybackRecord> playback = bus.device->playback();
     if (!playback) continue;
     report::Injection log{.name = bus.wired->section->full_name(),
@@ -228,6 +275,31 @@ void RunBuses::fill(std::int64_t end_ns, report::RunRecord& record) const {
     }
     record.stimuli.push_back(std::move(log));
   }
+}
+
+std::vector<contribution::BusRow> RunBuses::input_rows(const RunningBus& bus) const {
+  std::vector<contribution::BusRow> rows;
+  const io::Device& device = bus.device->device();
+  for (std::size_t group = 0; group < device.input_groups().size(); ++group) {
+    const InputWatch::Figures figures = input_watch_->figures(bus.first_input + group);
+    const io::RejectedFrames rejected = device.rejected(group);
+    rows.push_back({{"input", device.input_groups()[group].name},
+                    {"ticks", figures.ticks},
+                    {"not_fresh", figures.not_fresh},
+                    {"rejected", rejected.count},
+                    {"rejected_by_scenario", rejected.by_scenario}});
+  }
+  return rows;
+}
+
+std::vector<std::string> RunBuses::input_failures() const {
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const io::RejectedFrames rejected = buses_[inputs_[i].bus].device->device().rejected(inputs_[i].group);
+    for (std::string& sentence : input_watch_->failures(i, rejected))
+      all.push_back(std::move(sentence));
+  }
+  return all;
 }
 
 std::vector<std::string> RunBuses::send_faults() const {

@@ -8,6 +8,7 @@
 // Threads: opening, stop and the record on the thread that opens the run; begin_tick and the tasks on the
 // base thread; check, bus_loads and enter_safe_state on any ordinary thread while the run goes on.
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -22,6 +23,7 @@
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/device_link.hpp"
 #include "runtime/run/device_watch.hpp"
+#include "runtime/run/input_watch.hpp"
 #include "runtime/run/loss_watch.hpp"
 #include "runtime/run/run_context.hpp"
 #include "runtime/run/wiring.hpp"
@@ -61,12 +63,21 @@ class RunBuses {
   /// The programs of a process that are connected with a bus do not answer, by the fault of this name, or do
   /// so again.
   void set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept;
+  /// A fault that makes a task take longer begins or ends.
+  void set_task_fault(bool active) noexcept { input_watch_->set_task_fault(active); }
   /// Latches the inputs; the devices' tasks release safe values while a loss is not permitted.
   void begin_tick(std::int64_t time_ns) noexcept;
+  /// Notes which inputs were fresh in the tick, when its faults have begun or ended.
+  void end_tick(std::int64_t time_ns) noexcept;
   /// False once a device failed in a lock-step exchange and that is not a permitted loss.
   bool in_step() const noexcept;
   /// The reason for that, in a sentence; empty: in_step() is true.
   std::string step_fault() const;
+
+  /// A program that may be lost has ended: what it sent on the bus need not come any more.
+  void note_permitted_exit(std::size_t bus) noexcept {
+    buses_[bus].lacks_program->store(true, std::memory_order_relaxed);
+  }
 
   /// In real time: writes changes of the devices' states and their events to run.log. Under the virtual clock
   /// begin_tick does, so that they have the same times in each run.
@@ -80,6 +91,8 @@ class RunBuses {
 
   /// Fills in the groups of buses, and adds the logs that they play to the stimuli. `end_ns`: of the run.
   void fill(std::int64_t end_ns, report::RunRecord& record) const;
+  /// Why the run does not pass: inputs that did not come, and refused frames. After stop.
+  std::vector<std::string> input_failures() const;
   const std::vector<report::Event>& events() const noexcept { return device_watch_->events(); }
   const LossWatch& losses() const noexcept { return *loss_watch_; }
   /// Why outputs could not be sent, a sentence for each device concerned.
@@ -92,7 +105,17 @@ class RunBuses {
   struct RunningBus {
     const WiredBus* wired = nullptr;
     std::unique_ptr<buses::BusDevice> device;
+    std::size_t first_input = 0;  ///< of its groups of inputs among those of all buses
+    std::unique_ptr<std::atomic<bool>> lacks_program = std::make_unique<std::atomic<bool>>(false);
   };
+  /// A group of inputs of a bus.
+  struct WatchedInput {
+    std::size_t bus = 0;
+    std::size_t group = 0;
+  };
+  void watch_inputs();
+  /// What the report shows of the inputs of a bus.
+  std::vector<contribution::BusRow> input_rows(const RunningBus& bus) const;
   void start(RunningBus& bus);
   void check_devices(std::int64_t time_ns);
   /// Whether the bus failed in a lock-step exchange and may not be lost.
@@ -108,6 +131,11 @@ class RunBuses {
   std::vector<std::unique_ptr<DeviceLink>> links_;  ///< by bus
   std::optional<DeviceWatch> device_watch_;
   std::optional<LossWatch> loss_watch_;
+  std::vector<WatchedInput> inputs_;             ///< of all buses
+  std::vector<InputWatch::State> input_states_;  ///< of the tick, by input
+  /// By fault of wiring_.bus_faults: the inputs that it can silence.
+  std::vector<std::vector<std::size_t>> silenced_by_;
+  std::optional<InputWatch> input_watch_;
 };
 
 }  // namespace hil::run

@@ -20,6 +20,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* report_names[] = {"report.json", "report.html", "junit.xml"};
+
+/// The first link in the folder, without those in folders inside it; empty: there is none.
+fs::path link_in(const fs::path& directory) {
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(directory, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    std::error_code ignored;
+    if (entry->is_symlink(ignored)) return entry->path();
+  }
+  return {};
+}
+
 bool is_log_file(const std::string& name) {
   return name == "lock" || name.starts_with("segment.") || name.starts_with("checkpoint.") ||
          name.starts_with("geometry.");
@@ -74,6 +87,17 @@ fs::path database_folder(const fs::path& run_folder) {
   return run_folder / "database";
 }
 
+void require_no_links(const fs::path& run_folder) {
+  for (const fs::path& folder : {run_folder, run_folder / "pictures", database_folder(run_folder),
+                                 image_folder(run_folder), point_cloud_folder(run_folder)}) {
+    const fs::path link = link_in(folder);
+    if (link.empty()) continue;
+    std::error_code ignored;
+    throw io::DeviceError(link.string() + " is a link to " + fs::read_symlink(link, ignored).string() +
+                          "; a run writes only into its own folder: remove the link, or use another folder");
+  }
+}
+
 RunFolder::RunFolder(const fs::path& directory) : directory_(directory) {
   std::error_code error;
   fs::create_directories(directory, error);
@@ -90,6 +114,14 @@ RunFolder::RunFolder(const fs::path& directory) : directory_(directory) {
                           (error_number == EWOULDBLOCK
                                ? std::string(" is in use by another run")
                                : " can not be locked: " + std::string(std::strerror(error_number))));
+  }
+  try {
+    require_no_links(directory);
+  } catch (const io::DeviceError&) {
+    for (const char* file : report_names)
+      if (!fs::is_symlink(directory / file, error)) fs::remove(directory / file, error);
+    ::close(lock_);
+    throw;
   }
 }
 
@@ -109,7 +141,7 @@ void RunFolder::clear() const {
 }
 
 void RunFolder::clear_reports() const {
-  for (const char* file : {"report.json", "report.html", "junit.xml"})
+  for (const char* file : report_names)
     remove_result(directory_ / file);
 }
 

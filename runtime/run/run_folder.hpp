@@ -10,10 +10,16 @@ namespace hil::run {
 /// The folder of the database's log in the folder of a run.
 std::filesystem::path database_folder(const std::filesystem::path& run_folder);
 
+/// Throws io::DeviceError when the folder of a run, or one of the folders that a run makes in it, contains a
+/// symbolic link, whatever it points to: what is written by its name would change a file or folder elsewhere.
+/// A folder that does not exist contains none. `run_folder` itself may be a link.
+void require_no_links(const std::filesystem::path& run_folder);
+
 class RunFolder {
  public:
   /// Creates the folder if it is missing, and locks it. Throws io::DeviceError when it can not be created
-  /// or locked.
+  /// or locked, or contains a link (require_no_links); then it first removes the reports of an earlier run
+  /// that are no links.
   explicit RunFolder(const std::filesystem::path& directory);
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;

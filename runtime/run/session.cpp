@@ -96,6 +96,7 @@ class LiveSession final : public executive::TickHooks {
     wiring_.faults.begin_tick(tick.time_ns);
   }
   void end_tick(const executive::TickInfo& tick) noexcept override {
+    buses_.end_tick(tick.time_ns);
     wiring_.faults.end_tick(tick.time_ns);
     judges_->check_frames(tick.time_ns);
     wiring_.variables.update(wiring_.signals, tick.time_ns);
@@ -285,6 +286,8 @@ SessionResult LiveSession::run() {
     context_.log.info(report::to_ascii(sentence));
   for (const std::string& failure : record.failures)
     context_.log.warn(failure);
+  for (const std::string& failure : record.input_failures)
+    context_.log.warn(failure);
   for (const std::string& sentence : report::sentences_of_unchecked_injections(record))
     context_.log.warn("not checked: " + report::to_ascii(sentence));
   if (const std::string sentence = report::skipped_ticks_sentence(record); !sentence.empty())
@@ -315,6 +318,13 @@ void LiveSession::end_on_process_exit(const ProcessExit& exit) {
   if (exit.safe_on_exit) {
     buses_.enter_safe_state();
     stop_.store(true);
+  }
+  if (exit.may_be_lost) {
+    for (const config::ProcessSection& process : scenario_.processes) {
+      if (process.name.text != exit.name) continue;
+      for (const std::size_t bus : buses_in(process, wiring_))
+        buses_.note_permitted_exit(bus);
+    }
   }
   context_.log.warn("process " + exit.name + " " + exit.exit +
                     (exit.safe_on_exit ? ": outputs go to their safe values, the run ends" : ""));
@@ -397,6 +407,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
       write_faults_.push_back(std::move(fault));
   }
   add_failures(result.run_time_ns, record);
+  record.input_failures = buses_.input_failures();
 }
 
 /// A fault of a process that had ended by itself took no effect.

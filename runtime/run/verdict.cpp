@@ -85,6 +85,8 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
     return conclude(report::Verdict::failed, exit_expectation_failed,
                     "expectation '" + failed->name + "' failed: " + failed->detail);
   }
+  if (!record.input_failures.empty())
+    return conclude(report::Verdict::failed, exit_expectation_failed, record.input_failures.front());
   if (const report::Expectation* unknown = first_with(record, report::ExpectationResult::not_checked)) {
     return conclude(report::Verdict::failed, exit_expectation_failed,
                     "expectation '" + unknown->name + "' was not checked: " + unknown->detail);

@@ -208,6 +208,8 @@ void declare_inputs(const WiredBus& bus, KnownSignals& known, signals::Links& li
   links.connected = add_state("connected");
   for (const io::InputGroup& group : device.input_groups())
     links.fresh.push_back(add_state(group.name + ".fresh"));
+  for (const io::InputGroup& group : device.input_groups())
+    links.rejected.push_back(group.can_reject ? add_state(group.name + ".rejected") : signals::SignalId{});
   bus.bus->describe_signals(prefix, known);
 }
 

@@ -4,11 +4,12 @@
 // it. Every mistake has its place and the nearest known name.
 //
 // Names of signals: "<module>.<output>", "<type of bus>.<bus>.<input>". For every bus also "<type of
-// bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), unless a signal of the
-// device has that name. A variable has its own name, without a dot. A stimulus has the name of what it
-// drives, "<module>.<input>" or "<type of bus>.<bus>.<output>". For a fault there is "<signal>.faulted";
-// "stimulus.<name>" and "fault.<name>" are 1 while they are active. A relation of bodies that an expression
-// reads has its own text, "distance(ego, rock)".
+// bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), and for groups whose
+// frames are checked "<type of bus>.<bus>.<group of inputs>.rejected" (how many were refused), unless a
+// signal of the device has that name. A variable has its own name, without a dot. A stimulus has the name of
+// what it drives, "<module>.<input>" or "<type of bus>.<bus>.<output>". For a fault there is
+// "<signal>.faulted"; "stimulus.<name>" and "fault.<name>" are 1 while they are active. A relation of bodies
+// that an expression reads has its own text, "distance(ego, rock)".
 
 #include <memory>
 #include <optional>

@@ -22,11 +22,12 @@ struct InputSource {
 };
 
 struct Links {
-  std::vector<SignalId> inputs;  ///< by input channel
-  std::vector<Source> outputs;   ///< by output channel
-  SignalId connected;            ///< 1 while the device is connected, else 0; invalid: no signal
-  std::vector<SignalId> fresh;   ///< by input group: 1 while one of its inputs is fresh, else 0;
-                                 ///< invalid: no signal
+  std::vector<SignalId> inputs;      ///< by input channel
+  std::vector<Source> outputs;       ///< by output channel
+  SignalId connected;                ///< 1 while the device is connected, else 0; invalid: no signal
+  std::vector<SignalId> fresh;       ///< by input group: 1 while one of its inputs is fresh, else 0;
+                                     ///< invalid: no signal
+  std::vector<SignalId> rejected{};  ///< by input group: its refused frames; invalid: no signal
 };
 
 }  // namespace hil::signals

@@ -43,6 +43,15 @@ std::vector<BusSentence> remarks_of(const CanRecord& bus) {
                "delayed by fault injection: the log has the time on the bus");
   add_sentence(sentences, bus.wrong_kind, "received frame was", "received frames were",
                "refused: a remote request, or of another format (classic, CAN FD) than the message");
+  for (const RejectionCounts& counts : bus.rejected) {
+    const std::string message = "of the message " + counts.message;
+    add_sentence(sentences, counts.bad_checksum, "received frame was", "received frames were",
+                 "refused for the checksum " + message);
+    add_sentence(sentences, counts.bad_counter, "received frame was", "received frames were",
+                 "refused for the counter " + message);
+    add_sentence(sentences, counts.by_scenario, "refused frame", "refused frames",
+                 message + ": the scenario made it so, by a fault or a new pass of a log");
+  }
   for (const FrameLengths& lengths : bus.other_lengths) {
     add_sentence(sentences, lengths.longer, "received frame was", "received frames were",
                  "longer than the message " + lengths.message + ": the bytes after the message are padding");
@@ -91,6 +100,7 @@ CanRecord record_of(const io::can::CanDevice& device) {
   }
   for (const io::can::LengthCounts& counts : device.other_lengths())
     bus.other_lengths.push_back({counts.message, counts.longer, counts.shorter});
+  bus.rejected = device.rejections();
   return bus;
 }
 
@@ -114,6 +124,14 @@ contribution::BusRecord to_record(const CanRecord& bus) {
   for (const FrameLengths& lengths : bus.other_lengths) {
     other_lengths.push_back(
         {{"message", lengths.message}, {"longer", lengths.longer}, {"shorter", lengths.shorter}});
+  }
+  std::vector<contribution::BusRow> rejected;
+  for (const RejectionCounts& counts : bus.rejected) {
+    rejected.push_back({{"message", counts.message},
+                        {"bad_checksum", counts.bad_checksum},
+                        {"bad_counter", counts.bad_counter},
+                        {"wrong_kind", counts.wrong_kind},
+                        {"by_scenario", counts.by_scenario}});
   }
   return {.name = bus.bus,
           .fields = {{"driver", bus.driver},
@@ -142,7 +160,8 @@ contribution::BusRecord to_record(const CanRecord& bus) {
                      {"played", bus.played},
                      {"play_unknown_id", bus.play_unknown_id},
                      {"play_unsent", bus.play_unsent},
-                     {"other_lengths", std::move(other_lengths)}},
+                     {"other_lengths", std::move(other_lengths)},
+                     {"rejected", std::move(rejected)}},
           .faults = faults_of(bus),
           .remarks = remarks_of(bus),
           .dropped_releases = bus.dropped_releases};

@@ -21,6 +21,8 @@ struct FrameLengths {
   std::uint64_t shorter = 0;
 };
 
+using io::can::RejectionCounts;
+
 /// The log contains what was on the bus: rx + tx + played + errors - fault_dropped_tx - log_dropped frames.
 struct CanRecord {
   std::string bus;
@@ -53,6 +55,7 @@ struct CanRecord {
   std::uint64_t play_unknown_id = 0;
   std::uint64_t play_unsent = 0;                 ///< frames of a log that could not be sent
   std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
+  std::vector<RejectionCounts> rejected = {};    ///< of the messages that had refused frames
 };
 
 CanRecord record_of(const io::can::CanDevice& device);

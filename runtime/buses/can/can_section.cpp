@@ -44,9 +44,15 @@ Schema received_schema() {
                           "The age beyond which the signals are not fresh and have their safe values; a "
                           "multiplexed signal by its own last value. 0 ms: no limit. Left out: three times "
                           "GenMsgCycleTime of the DBC file, else no limit."),
-          Field::optional("counter", Schema::name(), "The signal that counts the frames. Gaps are counted."),
+          Field::optional("counter", Schema::name(),
+                          "The signal that counts the frames. A frame after a gap is refused."),
           Field::optional("checksum", Schema::name(),
-                          "The signal that carries the checksum. It is verified."),
+                          "The signal that carries the checksum. A frame with a wrong one is refused."),
+          optional_field("the message"),
+          Field::with_default(
+              "max_rejected", Schema::integer(0, 1'000'000'000), "0",
+              "How many of its frames may be refused in a run that passes, without those that "
+              "the scenario made (otherwise exit code 1)."),
           Field::with_default("safe", Schema::map_of_checked_names(Schema::text()), "{}",
                               "The safe value of each signal, a number or a value name. Other signals: 0."),
       });
@@ -207,6 +213,8 @@ ReceivedMessage read_received(const Value& value, Diagnostics& diagnostics) {
   if (value.has("timeout")) received.timeout_ns = value["timeout"].duration_ns();
   received.counter = word_in(value, "counter");
   received.checksum = word_in(value, "checksum");
+  received.is_optional = value["optional"].boolean();
+  received.max_rejected = static_cast<std::uint64_t>(value["max_rejected"].integer());
   received.safe = read_safe(value["safe"], diagnostics);
   return received;
 }
@@ -315,6 +323,7 @@ BusSectionType can_section_type() {
           .name_key = "bus",
           .noun = "CAN bus",
           .plural = "CAN buses",
+          .input_noun = "message",
           .entry = can_schema(),
           .arrival_noun = "frame",
           .counts_dropped_releases = true,

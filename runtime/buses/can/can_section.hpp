@@ -47,6 +47,8 @@ struct ReceivedMessage {
   std::optional<std::int64_t> timeout_ns;  ///< 0: never; empty: three cycle times of the DBC file
   std::optional<Word> counter;
   std::optional<Word> checksum;
+  bool is_optional = false;        ///< the run may pass although it does not come
+  std::uint64_t max_rejected = 0;  ///< frames that may be refused in a run that passes
   std::vector<SafeValue> safe;
 };
 

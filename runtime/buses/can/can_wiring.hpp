@@ -20,6 +20,8 @@ class CanWiring final : public BusWiring {
 
   const io::Device& channels() const noexcept override { return *channels_; }
   void describe_signals(const std::string& prefix, KnownSignals& known) const override;
+  /// A message of a log that the run plays need not come.
+  InputRule input_rule(std::size_t group) const override;
   void connect(const KnownSignals& known, std::vector<Source>& outputs,
                config::Diagnostics& diagnostics) const override;
   std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const override;

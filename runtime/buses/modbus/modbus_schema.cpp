@@ -37,6 +37,7 @@ Schema modbus_schema() {
       may_be_lost_field(
           "The unit: it does not answer for longer than max_age; as a server: no client is connected "
           "for longer than max_age."),
+      optional_field("a register that hil reads, or that clients of the server write,"),
       Field::optional("priority", thread_priority_schema(),
                       "The real-time priority of the device's thread. Left out: an ordinary thread."),
       Field::with_default("write", Schema::map(Schema::text()), "{}",
@@ -68,6 +69,7 @@ Schema register_map_schema() {
       Field::with_default("safe", Schema::number(any_low, any_high), "0", "The value in the safe state."),
       Field::needed("access", Schema::one_of({"read", "write"}),
                     "write: hil writes the register. read: hil reads it."),
+      optional_field("the register, which hil reads or clients of the server write,"),
       Field::optional("about", Schema::text(), "A sentence about the register."),
   });
   return Schema::record({Field::needed("registers", Schema::list(entry, 1, 65536), "The registers.")});

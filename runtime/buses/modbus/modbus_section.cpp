@@ -163,6 +163,7 @@ void read_section(const Value& value, ModbusSection& section, Diagnostics& diagn
   section.start_timeout_ns = value["start_timeout"].duration_ns();
   section.unit_id = static_cast<std::uint8_t>(value["unit_id"].integer());
   section.max_gap = static_cast<std::uint16_t>(value["max_gap"].integer());
+  section.is_optional = value["optional"].boolean();
   section.max_clients = static_cast<std::size_t>(value["max_clients"].integer());
   read_names(value, section, diagnostics);
   std::optional<RegisterMap> map = load_register_map(section.registers_file, section.role, diagnostics);
@@ -269,6 +270,7 @@ BusSectionType modbus_section_type() {
           .name_key = "unit",
           .noun = "Modbus unit",
           .plural = "Modbus units",
+          .input_noun = "register",
           .entry = modbus_schema(),
           .run_time_condition = "of a unit with run_time",
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<ModbusSection>(); },

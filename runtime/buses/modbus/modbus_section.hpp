@@ -38,6 +38,7 @@ class ModbusSection final : public config::BusSection {
   std::uint8_t unit_id = 1;
   std::uint16_t max_gap = 0;    ///< of a client
   std::size_t max_clients = 0;  ///< of a server
+  bool is_optional = false;     ///< the run may pass although values of its registers do not come
   std::optional<Word> run_time_entry;
   std::optional<Word> heartbeat_entry;
   std::vector<RegisterWrite> write;

@@ -21,6 +21,11 @@ std::unique_ptr<io::Device> device_of(const ModbusSection& section) {
 
 ModbusWiring::ModbusWiring(const ModbusSection& section) : section_(section), channels_(device_of(section)) {}
 
+InputRule ModbusWiring::input_rule(std::size_t group) const {
+  const std::string& name = channels_->input_groups()[group].name;
+  return {.has_to_come = !section_.is_optional && !section_.registers.find(name)->is_optional};
+}
+
 void ModbusWiring::connect(const KnownSignals& known, std::vector<Source>& outputs,
                            config::Diagnostics& diagnostics) const {
   for (const RegisterWrite& write : section_.write) {

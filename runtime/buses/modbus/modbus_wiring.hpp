@@ -15,6 +15,7 @@ class ModbusWiring final : public BusWiring {
   explicit ModbusWiring(const ModbusSection& section);
 
   const io::Device& channels() const noexcept override { return *channels_; }
+  InputRule input_rule(std::size_t group) const override;
   void connect(const KnownSignals& known, std::vector<Source>& outputs,
                config::Diagnostics& diagnostics) const override;
   std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const override;

@@ -48,6 +48,7 @@ RegisterEntry read_entry(const Value& value) {
   if (value.has("maximum")) entry.maximum = value["maximum"].number();
   entry.safe_value = value["safe"].number();
   entry.writable = value["access"].text() == "write";
+  entry.is_optional = value["optional"].boolean();
   return entry;
 }
 
@@ -76,6 +77,11 @@ std::optional<RegisterMap> load_register_map(const std::string& path, Role role,
     unique.add(word_of(value["name"]));
     if (!names.insert(value["name"].text()).second) continue;
     map.entries.push_back(read_entry(value));
+    if (map.entries.back().writable && map.entries.back().is_optional)
+      diagnostics.add(
+          value["optional"].place(),
+          "'optional' is of a register that hil reads, and hil writes this one ('access'): leave it "
+          "out");
     places.push_back(value.place());
   }
   for (const std::string& sentence : io::modbus::mistakes_in(map, role)) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "runtime/report/html/sections.hpp"
@@ -53,6 +54,37 @@ Cell bus_cell(const BusGroup& group, const BusRecord& bus, const contribution::B
   return text != nullptr ? *text : "";
 }
 
+/// The messages or registers of the buses that were not fresh on a tick that counts, or had refused frames.
+void input_table(Markup& out, const BusGroup& group) {
+  const auto count_of = [](const contribution::BusRow& row, const std::string& key) -> std::uint64_t {
+    const auto field = std::ranges::find(row, key, [](const auto& entry) { return entry.first; });
+    const auto* const count = field == row.end() ? nullptr : std::get_if<std::uint64_t>(&field->second);
+    return count == nullptr ? 0 : *count;
+  };
+  std::optional<Table> table;
+  for (const BusRecord& bus : group.buses) {
+    const contribution::BusField* const field = bus.find("inputs");
+    const auto* const rows =
+        field == nullptr ? nullptr : std::get_if<std::vector<contribution::BusRow>>(&field->value);
+    if (rows == nullptr) continue;
+    for (const contribution::BusRow& row : *rows) {
+      const std::uint64_t not_fresh = count_of(row, "not_fresh");
+      const std::uint64_t rejected = count_of(row, "rejected");
+      const auto* const name = row.empty() ? nullptr : std::get_if<std::string>(&row.front().second);
+      if (name == nullptr || not_fresh + rejected == 0) continue;
+      if (!table)
+        table.emplace(out, std::vector<Column>{{"Message or register"},
+                                               {"Ticks", true},
+                                               {"Not fresh", true},
+                                               {"Refused frames", true},
+                                               {"Of them by the scenario", true}});
+      table->row({bus.name + "." + *name, count_text(count_of(row, "ticks")), count_text(not_fresh),
+                  count_text(rejected), count_text(count_of(row, "rejected_by_scenario"))});
+    }
+  }
+  if (table) table->end();
+}
+
 void bus_table(Markup& out, const BusGroup& group) {
   if (group.buses.empty()) return;
   out.element("h3", group.title);
@@ -70,6 +102,7 @@ void bus_table(Markup& out, const BusGroup& group) {
     table.row(cells);
   }
   table.end();
+  input_table(out, group);
   bus_sentences(out, group);
 }
 

@@ -192,12 +192,13 @@ void injections_section(Markup& out, const RunRecord& record) {
 }
 
 void failures_section(Markup& out, const RunRecord& record) {
-  if (record.failures.empty() && record.losses.empty()) return;
+  if (record.failures.empty() && record.input_failures.empty() && record.losses.empty()) return;
   out.element("h2", "Failures and losses");
   out.open("div", {{"class", "card"}});
-  if (!record.failures.empty()) {
+  for (const std::vector<std::string>* const failures : {&record.failures, &record.input_failures}) {
+    if (failures->empty()) continue;
     out.open("ul");
-    for (const std::string& failure : record.failures)
+    for (const std::string& failure : *failures)
       out.element("li", failure);
     out.close();
   }

@@ -97,9 +97,11 @@ TEST(AllKinds, HaveTheirEffects) {
   EXPECT_EQ(frames, expected_frames());
   const Json& car = report["can"][0];
   EXPECT_EQ(car["bad_checksum"], 15) << "wrong, short and flipped frames, five each";
-  EXPECT_EQ(car["bad_counter"], 15)
-      << "five repeated ones, five with a wrong counter, and the first ones after "
-         "those that were dropped, wrong (twice), short and flipped";
+  EXPECT_EQ(car["bad_counter"], 12) << "five repeated ones, five with a wrong counter, and the first ones "
+                                       "after those and after the dropped "
+                                       "ones";
+  ASSERT_EQ(car["rejected"].size(), 1U);
+  EXPECT_EQ(car["rejected"][0]["by_scenario"], 27) << "all of them";
   for (const Json& task : report["tasks"]) {
     const int misses = task["name"] == "slow" ? 5 : 0;
     EXPECT_EQ(task["deadline_misses"], misses) << task["name"] << ": each step of 12 ms covers two releases";

@@ -27,6 +27,11 @@ Ended run_hil(std::vector<std::string> words, const Environment& environment) {
   return Program(hil(std::move(words)), environment).wait();
 }
 
+Ended run_with_file_limit(int kib, const std::vector<std::string>& words) {
+  const std::string command = "ulimit -f " + std::to_string(kib) + "; exec \"$@\"";
+  return Program(joined({{"bash", "-c", command, "bash"}, hil(words)})).wait();
+}
+
 bool run_begins(Program& run, const std::filesystem::path& out) {
   const auto has_begun = [&] {
     return std::filesystem::exists(out / "run.log") &&

@@ -19,6 +19,8 @@ std::string crossing();
 std::vector<std::string> hil(std::vector<std::string> words);
 /// Runs it to its end.
 Ended run_hil(std::vector<std::string> words, const Environment& environment = {});
+/// The same, and no file can become larger, as on a full disk.
+Ended run_with_file_limit(int kib, const std::vector<std::string>& words);
 /// Waits until the run that writes into the folder `out` has begun. False when it ends before.
 bool run_begins(Program& run, const std::filesystem::path& out);
 

@@ -183,17 +183,21 @@ TEST(Losses, RemovedRunFolderIsReported) {
 }
 
 TEST(Losses, FilesThatCanNotBeWrittenAreReported) {
-  for (const auto& [file, words] : {std::pair<std::string, std::string>("signals.csv", "signals.csv"),
-                                    {"tool.out", "tool.out"},
-                                    {"", "tool.out' was changed by another program"}}) {
+  const std::string many_rows =
+      "clock: virtual\nbase_rate: 100 Hz\nduration: 200 s\ntasks:\n"
+      "  - module: waves\n    type: block\n    rate: 100 Hz\n    parameters:\n"
+      "      outputs: {a: sin(time / 1 s), b: sin(time / 2 s), c: sin(time / 3 s)}\n";
+  const auto tool = [](const std::string& command) {
+    return std::string("duration: 1 s\n") + relaxed_timing_section +
+           "processes:\n  tool: {command: [sh, \"-c\", \"" + command + "; exec sleep 100\", out/tool.out]}\n";
+  };
+  for (const auto& [text, words] :
+       {std::pair<std::string, std::string>(many_rows, "signals.csv"),
+        {tool("head -c 1000000 /dev/zero"), "tool.out"},
+        {tool("echo hello; sleep 0.5; : > $0; echo again"), "tool.out' was changed by another program"}}) {
     SCOPED_TRACE(words);
-    const SmallScenario scenario(std::string("duration: 1 s\n") + relaxed_timing_section +
-                                 "processes:\n  tool: {command: [sh, \"-c\", \"echo hello; " +
-                                 (file.empty() ? "sleep 0.5; : > $0; echo again; " : "") +
-                                 "exec sleep 100\", out/tool.out]}\n");
-    std::filesystem::create_directory(scenario.out());
-    if (!file.empty()) std::filesystem::create_symlink("/dev/full", scenario.out() + "/" + file);
-    const Ended ended = run_hil(scenario.run());
+    const SmallScenario scenario(text);
+    const Ended ended = run_with_file_limit(500, scenario.run());
     EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
     EXPECT_NE(ended.output.find(words), std::string::npos) << ended.output;
     EXPECT_EQ(read_report(scenario.out())["verdict"], "io_failed");

@@ -60,7 +60,14 @@ TEST(BadScenario, IsRefusedWithThePlaceOfItsMistake) {
     ScenarioCopy copy;
     const std::string place = copy.replace(from, to, marked, file);
     expect_refused(run_copy(copy), 2, joined({{place + ": "}, texts}));
-    EXPECT_FALSE(std::filesystem::exists(copy.folder() / "out")) << "a refused run leaves nothing";
+    std::string files;
+    for (const auto& entry : std::filesystem::directory_iterator(copy.folder() / "out"))
+      files += entry.path().filename().string() + " ";
+    EXPECT_EQ(files, "junit.xml ");
+    const std::string junit = read_text(copy.folder() / "out/junit.xml");
+    EXPECT_NE(junit.find("errors=\"1\""), std::string::npos) << junit;
+    EXPECT_EQ(junit.find("<error "), junit.rfind("<error ")) << junit;
+    EXPECT_NE(junit.find(place), std::string::npos) << junit;
   }
 }
 
@@ -86,6 +93,40 @@ TEST(BadScenario, IsRefusedWithAllMistakes) {
       texts = joined({texts, {copy.replace(from, to, marked) + ": "}, words});
     expect_refused(run_hil({"check", copy.file()}), 2, texts);
   }
+}
+
+TEST(BadScenario, PathOfAProgramHasToExistAndANameThatIsNotFoundIsAWarning) {
+  const Folder folder;
+  std::filesystem::create_directory(folder / "a_folder");
+  write_text(folder / "data.txt", "no program");
+  write_text(folder / "tool.sh", "#!/bin/sh\nexit 0\n");
+  std::filesystem::permissions(folder / "tool.sh", std::filesystem::perms::owner_all);
+  const auto check = [&](const std::string& program, const std::string& more = "") {
+    write_text(folder / "s.yaml", "scenario: s\nduration: 1 s\nprocesses:\n  tool:\n    command: [\"" +
+                                      program + "\"]\n" + more);
+    return run_hil({"check", folder / "s.yaml"});
+  };
+  const std::string place = (folder / "s.yaml") + ":5:15: ";
+  for (const auto& [program, problem] :
+       {std::pair{"./tol.sh", "does not exist"}, std::pair{"../tool.sh", "does not exist"},
+        std::pair{"/nowhere/tool", "does not exist"}, std::pair{"./a_folder", "is a folder"},
+        std::pair{"./data.txt", "is not executable"}}) {
+    expect_refused(check(program), 2,
+                   {place + "the program '" + program + "' of process 'tool' " + std::string(problem)});
+    EXPECT_EQ(check(program, "    enabled: false\n").code, 0) << program;
+  }
+  for (const std::string& program : std::vector<std::string>{"./tool.sh", folder / "tool.sh", "sh", "hil"}) {
+    const Ended ended = check(program);
+    EXPECT_EQ(ended.code, 0) << program << ended.errors;
+    EXPECT_EQ(ended.errors.find("the program"), std::string::npos) << ended.errors;
+  }
+  const Ended unknown = check("no-such-program-here");
+  EXPECT_EQ(unknown.code, 0) << unknown.errors;
+  EXPECT_NE(
+      unknown.errors.find(place + "warning: the program 'no-such-program-here' of process 'tool' is not "
+                                  "in PATH"),
+      std::string::npos)
+      << unknown.errors;
 }
 
 TEST(BadScenario, MissingFileIsRefused) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <set>
 
+#include "tests/paths.h"
 #include "tests/system/scenario/hil.hpp"
 
 namespace hil::scenario_test {
@@ -70,7 +71,8 @@ TEST(RunFolder, ReasonOfAFailedStartIsPrintedAndLoggedOnce) {
     const Ended run = run_hil(joined(
         {{"run", crossing(), "--out", folder / "out", "--set", "dut.command=[no-such-program]"}, more}));
     EXPECT_EQ(run.code, 4);
-    EXPECT_EQ(count(run.output + run.errors, "'no-such-program'"), 1U) << run.output << run.errors;
+    EXPECT_EQ(count(run.output + run.errors, "no program 'no-such-program' was found"), 1U)
+        << run.output << run.errors;
     EXPECT_EQ(run.output,
               "I/O failed: the reason is on stderr and in the report in " + (folder / "out") + "\n");
     EXPECT_EQ(count(read_text(folder / "out/run.log"), "'no-such-program'"), 1U);
@@ -102,13 +104,9 @@ TEST_F(RunFiles, RunThatCanNotBeginReplacesTheFilesOfTheEarlierRun) {
 /// As on a full disk: the trace is larger than a file may be here, the report is not.
 TEST(RunFolder, TraceThatCanNotBeWrittenFailsTheRun) {
   const Folder folder;
-  std::vector<std::string> words = hil(joined({{"run", crossing(), "--clock", "virtual", "--out",
-                                                folder / "out", "--set", "world.durability=volatile"},
-                                               few_beams()}));
-  std::string command = "ulimit -f 1000; exec";
-  for (const std::string& word : words)
-    command += " '" + word + "'";
-  const Ended run = Program({"bash", "-c", command}).wait();
+  const Ended run = run_with_file_limit(1000, joined({{"run", crossing(), "--clock", "virtual", "--out",
+                                                       folder / "out", "--set", "world.durability=volatile"},
+                                                      few_beams()}));
   EXPECT_EQ(run.code, 4) << run.output << run.errors;
   EXPECT_NE(run.errors.find("can not be written: File too large"), std::string::npos) << run.errors;
   EXPECT_FALSE(run.output.empty()) << "the console reports the end of the run";
@@ -146,17 +144,20 @@ TEST_F(RunFiles, CanLogHasTheFramesThatTheReportCounts) {
 
 TEST(RunFolder, CanLogThatCanNotBeWrittenFailsTheRun) {
   const Folder folder;
-  std::filesystem::create_directory(folder / "out");
-  std::filesystem::create_symlink("/dev/full", folder / "out/can-car.log");
-  const Ended run =
-      run_hil(joined({{"run", crossing(), "--clock", "virtual", "--duration", "1 s", "--out", folder / "out"},
-                      few_beams()}));
+  write_text(
+      folder / "s.yaml",
+      std::string("scenario: long log\nbase_rate: 1 kHz\nduration: 20 s\nclock: virtual\n"
+                  "can: [{bus: car, database: \"") +
+          HIL_SOURCE_DIR +
+          "/configs/crossing/crossing.dbc\", rate: 1 kHz, send: [{message: EgoStatus, period: 1 ms}]}]\n");
+  const Ended run = run_with_file_limit(400, {"run", folder / "s.yaml", "--out", folder / "out"});
   EXPECT_EQ(run.code, 4) << run.output << run.errors;
   const auto report = read_report(folder / "out");
   EXPECT_EQ(report["verdict"], "io_failed");
   EXPECT_EQ(report["exit_code"], 4);
-  EXPECT_EQ(report["reason"],
-            "the CAN log '" + (folder / "out/can-car.log") + "' can not be written: No space left on device");
+  ASSERT_EQ(report["failures"].size(), 1U);
+  EXPECT_EQ(report["failures"][0],
+            "the CAN log '" + (folder / "out/can-car.log") + "' can not be written: File too large");
 }
 
 TEST(RunFolder, CanLogHasNoFramesThatFaultInjectionDropped) {

@@ -40,6 +40,30 @@ TEST(Usage, UnknownCommandListsTheCommands) {
     expect_sentence(wrong);
 }
 
+TEST(Usage, RefusedArgumentsOfARunLeaveJunitXmlInItsFolder) {
+  const std::vector<std::vector<std::string>> refused{{"run", "drive.yaml", "--durtion", "5s"},
+                                                      {"run", "drive.yaml", "y"},
+                                                      {"run", "drive.yaml", "--seed", "1", "--seed", "2"},
+                                                      {"run", "drive.yaml", "--fail-on", "msses > 0"},
+                                                      {"run", "nothing.yaml"},
+                                                      {"run"}};
+  for (const std::vector<std::string>& words : refused) {
+    const Folder folder;
+    write_text(folder / "report.json", "of an earlier run");
+    const Ended ended = run_hil(joined({words, {"--out", folder.path().string()}}));
+    EXPECT_EQ(ended.code, 2) << ended.errors;
+    const std::string junit = read_text(folder / "junit.xml");
+    EXPECT_NE(junit.find("tests=\"1\" failures=\"0\" errors=\"1\""), std::string::npos) << junit;
+    EXPECT_NE(junit.find("<error "), std::string::npos) << junit;
+    EXPECT_EQ(junit.find("<error "), junit.rfind("<error ")) << junit;
+    EXPECT_FALSE(std::filesystem::exists(folder / "report.json"));
+    EXPECT_EQ(run_hil(words).code, 2) << "without a folder";
+  }
+  const Folder folder;
+  EXPECT_EQ(run_hil({"check", "nothing.yaml", "--out", folder.path().string()}).code, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder / "junit.xml")) << "only a run has a folder";
+}
+
 TEST(Usage, UnknownOptionListsTheOptions) {
   const Case cases[] = {
       {{"run", "x", "--durtion", "5s"},

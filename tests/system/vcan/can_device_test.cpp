@@ -138,6 +138,44 @@ TEST_F(RealDevice, PlaysALogOnTheInterface) {
   other.close();
 }
 
+/// The kernel returns the played frames without their marks, so the bus has to know which one begins a pass.
+TEST_F(RealDevice, CounterOfANewPassIsTheScenariosAndAGapInsideAPassIsNot) {
+  struct Case {
+    std::vector<int> counters;  ///< of the frames of a pass
+    std::uint64_t rejected, by_scenario;
+  };
+  constexpr std::uint64_t passes = 5;
+  for (const Case& one : {Case{{0, 1, 3, 4, 5}, 9, 4}, Case{{0}, 4, 4}, Case{{0, 1, 0}, 9, 4}}) {
+    std::vector<std::string> texts;
+    BrakeCommands commands;
+    for (int counter = 0; counter < 6; ++counter)
+      texts.push_back(commands.next(1.0));
+    std::vector<PlayedFrame> frames;
+    for (const int counter : one.counters) {
+      const Frame frame =
+          parse_candump_line("(0.000000) vcan0 " + texts[static_cast<std::size_t>(counter)])->frame;
+      frames.push_back({static_cast<std::int64_t>(frames.size()) * 5 * ms, frame.raw, frame.is_fd});
+    }
+    CanDeviceConfig config = crossing_config();
+    // The last frame of a pass and the first one of the next are sent at one instant.
+    config.playback = {.name = "drive.log",
+                       .frames = std::make_shared<const std::vector<PlayedFrame>>(frames),
+                       .begin_ns = clock_.now_ns() + 100 * ms,
+                       .pass_period_ns = std::max(frames.back().offset_ns, ms),
+                       .passes = passes};
+    start(std::move(config));
+    EXPECT_TRUE(eventually([&] { return device_->counters().played == passes * frames.size(); }));
+    EXPECT_TRUE(eventually([&] { return device_->rejected(0).count >= one.rejected; }))
+        << device_->rejected(0).count;
+    device_->stop();
+    EXPECT_EQ(device_->rejected(0).count, one.rejected) << one.counters.size() << " frames";
+    EXPECT_EQ(device_->rejected(0).by_scenario, one.by_scenario) << one.counters.size() << " frames";
+    ASSERT_EQ(device_->rejections().size(), 1U);
+    EXPECT_EQ(device_->rejections()[0].bad_counter, one.rejected);
+    real_frames_seen += device_->counters().played;
+  }
+}
+
 TEST_F(RealDevice, LogAgreesWithCandump) {
   const tests::TemporaryFolder folder;
   CanDeviceConfig config = crossing_config();

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <random>
 #include <string_view>
 
 #include "io/can/checksum.hpp"
@@ -113,6 +114,48 @@ TEST(MessageCoder, CounterDetectsLostAndRepeatedFrames) {
   EXPECT_EQ(decoder.check(frames[4]), MessageDecoder::Verdict::accepted);
   decoder.reset_counter();
   EXPECT_EQ(decoder.check(frames[0]), MessageDecoder::Verdict::accepted);
+}
+
+TEST(MessageCoder, CounterMayGoOnByOneMoreForEachFrameWhoseCounterIsNotKnown) {
+  constexpr std::uint64_t seed = 74'061;
+  std::mt19937_64 random(seed);
+  MessageEncoder encoder(*database().find_message("Status"), both);
+  MessageDecoder decoder(*database().find_message("Status"), both);
+  MessageEncoder::Tally tally;
+  using Verdict = MessageDecoder::Verdict;
+  int corrupted = 0, tolerated = 0, lost = 0;
+  std::uint64_t unknown = 0;
+  const auto send = [&] {
+    const Frame frame = encoder.build(std::array<double, 4>{}, tally);
+    encoder.confirm_sent();
+    return frame;
+  };
+  ASSERT_EQ(decoder.check(send()), Verdict::accepted);
+  for (int i = 0; i < 2000; ++i) {
+    Frame frame = send();
+    const auto kind = random() % 10;
+    if (kind < 3) {
+      frame.raw.data[random() % 7] ^= static_cast<std::uint8_t>(1U << (random() % 8));
+      ASSERT_EQ(decoder.check(frame), Verdict::bad_checksum) << "seed " << seed << ", frame " << i;
+      ++unknown;
+      ++corrupted;
+    } else if (kind == 3) {  // lost: more steps than frames that came
+      frame = send();
+      ASSERT_EQ(decoder.check(frame), Verdict::bad_counter) << "seed " << seed << ", frame " << i;
+      unknown = 0;
+      ++lost;
+    } else if (kind == 4) {  // repeated: as many steps as none
+      ASSERT_EQ(decoder.check(frame), Verdict::accepted) << "seed " << seed << ", frame " << i;
+      ASSERT_EQ(decoder.check(frame), Verdict::bad_counter) << "seed " << seed << ", frame " << i;
+      unknown = 0;
+    } else {
+      ASSERT_EQ(decoder.check(frame), Verdict::accepted)
+          << "seed " << seed << ", frame " << i << " after " << unknown << " unknown counters";
+      tolerated += unknown > 0 ? 1 : 0;
+      unknown = 0;
+    }
+  }
+  EXPECT_TRUE(corrupted > 300 && tolerated > 200 && lost > 100);
 }
 
 /// The signals of an accepted frame, by index.

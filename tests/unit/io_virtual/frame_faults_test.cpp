@@ -288,8 +288,8 @@ TEST_F(FrameFaults, BusOffNeitherSendsNorReceives) {
   arrive(4.0);
   EXPECT_TRUE(tick().empty());
   EXPECT_FALSE(device_.connected());
-  EXPECT_FALSE(deceleration().fresh);
-  EXPECT_EQ(deceleration().value, 1.5) << "the safe value";
+  EXPECT_TRUE(deceleration().fresh);
+  EXPECT_EQ(deceleration().value, 3.0) << "until its time-out";
   EXPECT_NE(device_.fault().find("bus-off by a fault of the scenario"), std::string::npos);
   device_.set_fault(0, false);
   arrive(5.0);

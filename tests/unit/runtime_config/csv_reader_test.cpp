@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdio>
+#include <random>
 #include <string>
 
 #include "tests/support/temporary_folder.hpp"
@@ -63,6 +66,46 @@ TEST_F(CsvReaders, ExplainCommasInAFileOfOneColumn) {
       mistakes(),
       "f.csv:2:1: the row has 2 cells and the file 1 column; put a cell with a comma in quotes, and write "
       "0.5, not 0,5\n");
+}
+
+TEST_F(CsvReaders, TakeNumbersWithAPlus) {
+  const auto number_in = [&](const std::string& text) {
+    diagnostics_ = {};
+    CsvReader file(folder_.write("f.csv", "x,y\n" + text + ",0\n"), {"s.yaml", 1, 1}, diagnostics_);
+    EXPECT_TRUE(file.next() && file.next());
+    return file.number(0);
+  };
+  std::mt19937_64 random(74'150);
+  for (int i = 0; i < 200; ++i) {
+    const double value =
+        std::ldexp(static_cast<double>(random() >> 11U), static_cast<int>(random() % 80) - 90);
+    char text[40];
+    std::snprintf(text, sizeof text, "%+.17E", value);
+    ASSERT_EQ(number_in(text), value) << text;
+    ASSERT_EQ(number_in(text + 1), value) << text;
+  }
+  EXPECT_EQ(number_in("+.5"), 0.5);
+  EXPECT_EQ(number_in("\"+1.000000E-03\""), 0.001);
+  for (const char* const wrong : {"+", "+-1", "-+1", "++1", "+x", "+ 1", "+inf", "+nan"}) {
+    EXPECT_EQ(number_in(wrong), std::nullopt) << wrong;
+    EXPECT_NE(mistakes().find("is not a number"), std::string::npos) << wrong << ": " << mistakes();
+  }
+  EXPECT_EQ(number_in("\"+0,5\""), std::nullopt);
+  EXPECT_NE(mistakes().find("has a decimal comma; write 0.5"), std::string::npos) << mistakes();
+}
+
+TEST_F(CsvReaders, RefuseTabsBetweenCellsByThatName) {
+  const std::string tabs = "the cells are separated by tabs; separate them by ',' or ';'";
+  for (const char* const text :
+       {"time\tu\n0\t1\n", "time \t u\n0 \t 1\n", "0\t1\n1\t2\n", "\"time\"\t\"u\"\n0\t1\n",
+        "sep=\t\ntime\tu\n", "# of a tool\ntime\tu\r\n0\t1\r\n", "time\tu, in V\n0\t1\n"}) {
+    EXPECT_EQ(rows_of(text), "") << text;
+    EXPECT_NE(mistakes().find(tabs), std::string::npos) << text << ": " << mistakes();
+  }
+  EXPECT_EQ(rows_of("time,u\n0\t1\n"), "time|u");
+  EXPECT_NE(mistakes().find("f.csv:2:1: " + tabs), std::string::npos) << mistakes();
+  EXPECT_EQ(rows_of("time,\tu\n0\t,1\n\"a\tb\",2\n"), "time|u/0|1/a\tb|2") << "blanks, and a quoted one";
+  EXPECT_EQ(mistakes(), "");
 }
 
 TEST_F(CsvReaders, FindTheSeparatorInTheFirstRow) {

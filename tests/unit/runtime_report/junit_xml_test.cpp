@@ -23,9 +23,9 @@ const XmlElement& case_named(const XmlElement& document, const std::string& name
 TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
   const XmlElement document = parse_strictly(junit_xml(test::full_record()));
   EXPECT_EQ(document.name, "testsuites");
-  EXPECT_EQ(document.all("testcase").size(), 5U);
-  EXPECT_EQ(document.attributes.at("tests"), "5");
-  EXPECT_EQ(document.attributes.at("failures"), "2");
+  EXPECT_EQ(document.all("testcase").size(), 6U);
+  EXPECT_EQ(document.attributes.at("tests"), "6");
+  EXPECT_EQ(document.attributes.at("failures"), "3");
   EXPECT_EQ(document.attributes.at("errors"), "0");
   EXPECT_EQ(document.attributes.at("time"), "10.021");
   const XmlElement& failed = case_named(document, "no collision");
@@ -35,6 +35,34 @@ TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
   EXPECT_EQ(failed.children.at(1).text, "margin -0.25 m at 8.420 s");
   EXPECT_NE(failed.children.at(0).text.find("first at 8.412 s"), std::string::npos);
   EXPECT_TRUE(case_named(document, "DUT answers within 50 ms").children.empty());
+}
+
+TEST(JunitXml, FailsForInputsThatDidNotCome) {
+  RunRecord record;
+  record.buses = {{.list_key = "can", .title = "CAN", .name_key = "bus", .buses = {{.name = "car"}}}};
+  EXPECT_TRUE(case_named(parse_strictly(junit_xml(record)), "messages and registers came").children.empty());
+  record.input_failures = {"no value of message can.car.Speed came", "no value of message can.car.Yaw came"};
+  const XmlElement document = parse_strictly(junit_xml(record));
+  EXPECT_EQ(document.attributes.at("failures"), "1");
+  EXPECT_EQ(document.attributes.at("tests"), "3");
+  const XmlElement& failed = case_named(document, "messages and registers came");
+  ASSERT_EQ(failed.children.size(), 1U);
+  EXPECT_EQ(failed.children.at(0).name, "failure");
+  EXPECT_EQ(failed.children.at(0).text,
+            "no value of message can.car.Speed came\nno value of message can.car.Yaw came\n");
+}
+
+TEST(JunitXml, OfARefusedScenarioHasOneErrorWithAllMistakes) {
+  const XmlElement document =
+      parse_strictly(refusal_junit_xml("s <1>", "s.yaml:1:1: a & b\ns.yaml:2:1: \x01c\n"));
+  EXPECT_EQ(document.attributes.at("tests"), "1");
+  EXPECT_EQ(document.attributes.at("errors"), "1");
+  EXPECT_EQ(document.attributes.at("failures"), "0");
+  EXPECT_EQ(document.all("testcase").size(), 1U);
+  EXPECT_EQ(document.all("error").size(), 1U);
+  const XmlElement& error = case_named(document, "run completed").children.at(0);
+  EXPECT_EQ(error.attributes.at("message"), "s.yaml:1:1: a & b");
+  EXPECT_NE(error.text.find("s.yaml:2:1: "), std::string::npos);
 }
 
 TEST(JunitXml, FailsForStimuliAndFaultsWithoutEffect) {

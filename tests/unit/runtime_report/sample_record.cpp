@@ -263,7 +263,8 @@ RunRecord full_record() {
       .played = 1'033,
       .play_unknown_id = 1'039,
       .play_unsent = 43,
-      .other_lengths = {{"BrakeCommand", 37, 41}}};
+      .other_lengths = {{"BrakeCommand", 37, 41}},
+      .rejected = {{"BrakeCommand", 47, 53, 59, 61}}};
   buses::modbus::UnitRecord plc;
   plc.name = "plc";
   plc.role = "client";
@@ -291,6 +292,12 @@ RunRecord full_record() {
   panel.replaced_connections = 11;
   panel.dropped_connections = 12;
   record.buses = {can_group({car}), modbus_group({plc, panel})};
+  using Rows = std::vector<contribution::BusRow>;
+  record.buses[0].buses[0].fields.push_back({"inputs", Rows{{{"input", "BrakeCommand"},
+                                                             {"ticks", std::uint64_t{9'980}},
+                                                             {"not_fresh", std::uint64_t{611}},
+                                                             {"rejected", std::uint64_t{159}},
+                                                             {"rejected_by_scenario", std::uint64_t{61}}}}});
   record.processes = {
       {"dut", "hil-aeb-controller --bus /tmp/car.sock --database crossing.dbc",
        "was ended by signal 11 (Segmentation fault)", 6'210 * millisecond},
@@ -334,6 +341,7 @@ RunRecord full_record() {
                    {"process dut", 6'210 * millisecond, 3'790 * millisecond, true, false, "",
                     "was ended by signal 11 (Segmentation fault)"}};
   record.losses_not_listed = 2;
+  record.input_failures = {"message can.car.BrakeCommand was not fresh on 611 of 9980 ticks"};
   record.failures = {
       "process dut was lost from 6.210 s on for 3.79 s, to the end of the run: was ended by signal 11 "
       "(Segmentation fault)"};

@@ -64,6 +64,50 @@ TEST(RunFolder, ClearRemovesTheLogOfAnEarlierRunOnly) {
   EXPECT_FALSE(fs::exists(folder.path() / "junit.xml")) << "it would be taken for the result of this run";
 }
 
+TEST(RunFolder, LinksAreRefusedAndNothingBehindThemChanges) {
+  for (const char* const name :
+       {"database", "images", "pictures", "pointclouds", "report.html", "report.json", "junit.xml.part",
+        "signals.csv", "x.out", "latest", "database/segment.0000000001", "images/view-x.png",
+        "pictures/top-view.svg", "pointclouds/lidar-000001.pcd"}) {
+    for (const char* const target : {"folder", "file", "nothing"}) {
+      const TemporaryFolder elsewhere;
+      elsewhere.write("folder/segment.0000000001", "of the user");
+      elsewhere.write("folder/a.svg", "of the user");
+      elsewhere.write("file", "of the user");
+      const TemporaryFolder folder;
+      folder.write("report.html.txt", "of the user");
+      if (std::string(name) != "report.json") folder.write("report.json", "passed");
+      fs::create_directories((folder.path() / name).parent_path());
+      fs::create_symlink(elsewhere.path() / target, folder.path() / name);
+      try {
+        const RunFolder run(folder.path());
+        FAIL() << name << " to " << target;
+      } catch (const io::DeviceError& error) {
+        EXPECT_NE(std::string(error.what()).find(std::string(name) + " is a link to"), std::string::npos)
+            << error.what();
+      }
+      EXPECT_TRUE(fs::is_symlink(folder.path() / name));
+      EXPECT_EQ(elsewhere.read("folder/segment.0000000001"), "of the user");
+      EXPECT_EQ(elsewhere.read("folder/a.svg"), "of the user");
+      EXPECT_EQ(elsewhere.read("file"), "of the user");
+      EXPECT_FALSE(fs::exists(elsewhere.path() / "nothing"));
+      if (std::string(name) != "report.json") {
+        EXPECT_FALSE(fs::exists(folder.path() / "report.json")) << "the verdict of an earlier run";
+      }
+      fs::remove(folder.path() / name);
+      const RunFolder unlocked(folder.path());
+    }
+  }
+}
+
+TEST(RunFolder, TheFolderItselfMayBeALink) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder.path() / "run-5");
+  fs::create_symlink("run-5", folder.path() / "latest");
+  const RunFolder run(folder.path() / "latest");
+  run.clear();
+}
+
 TEST(RunFolder, IsUsedByOneRunAtATime) {
   const TemporaryFolder folder;
   {
