@@ -104,8 +104,9 @@ JudgeFramesCost measure_judge_frames(std::uint64_t ticks) {
     const std::string text = "can.car.Status.Counter == " + number +
                              " and duration(can.car.Status.Level > 0.4) >= 0 ms and average < 1 and " +
                              "can.car.Status.Level < " + number;
-    scenario.expectations.push_back(
-        {.name = number, .place = {}, .claim = expectations::claim_of(expectations::Never{parsed(text)})});
+    config::Expectation& expectation = scenario.expectations.emplace_back();
+    expectation.name = number;
+    expectation.claim = expectations::claim_of(expectations::Never{parsed(text)});
   }
   FrameSource device;
   const signals::Links links{.inputs = {counter, level}, .outputs = {}, .connected = {}, .fresh = {}};
