@@ -196,6 +196,13 @@ class Device {
     return {};
   }
 
+  /// How often a fault of a message has dropped, changed, repeated or delayed a frame of an input group. Any
+  /// thread.
+  virtual std::uint64_t faulted_frames(std::size_t group) const noexcept {
+    static_cast<void>(group);
+    return 0;
+  }
+
   /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full queue
   /// drops these outputs and counts them.
   virtual void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept = 0;
@@ -252,12 +259,6 @@ class Device {
   virtual std::optional<std::size_t> fault_stopped_by(std::size_t number) const noexcept {
     static_cast<void>(number);
     return std::nullopt;
-  }
-  /// Whether the fault, while it is active, can keep values of the input group from coming. Setup thread.
-  /// Default: every fault of the device can.
-  virtual bool can_silence(const InjectedFault& injected, std::size_t group) const {
-    static_cast<void>(group);
-    return injected.message.empty();
   }
   /// A fault of the scenario pauses or ends a program behind the device, or lets it go on: the first frame of
   /// a message from now on need not continue those before. Any thread; never blocks.

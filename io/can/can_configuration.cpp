@@ -179,11 +179,4 @@ void CanDevice::add_fault(const InjectedFault& injected) {
   faults_.add(injected, layout_of(injected.message), identifier_in(injected.message));
 }
 
-bool CanDevice::can_silence(const InjectedFault& injected, std::size_t group) const {
-  if (injected.message.empty()) return true;
-  if (injected.kind == InjectedFault::Kind::repeat || injected.kind == InjectedFault::Kind::frozen)
-    return false;
-  return layout_of(injected.message) == &received_[received_of_group_[group]].decoder.layout();
-}
-
 }  // namespace hil::io::can

@@ -290,7 +290,9 @@ void CanDevice::handle(const Frame& frame) {
   const std::span<const Frame> passed = faults_.pass(received_frame, now_ns());
   for (const Frame& one : passed)
     decode(received, one, &one != passed.data() || !one.same_content(received_frame));
-  if (passed.empty()) received.is_discontinuous = true;  // a fault drops or holds it
+  if (!passed.empty()) return;
+  received.counts->faulted.add();  // a fault drops or holds it
+  received.is_discontinuous = true;
 }
 
 void CanDevice::decode(Received& received, const Frame& frame, bool is_altered) {
@@ -305,6 +307,7 @@ void CanDevice::decode(Received& received, const Frame& frame, bool is_altered) 
   if (has_known_counter) received.is_discontinuous = false;
   if (is_altered) received.is_discontinuous = true;
   ReceivedCounts& counts = *received.counts;
+  if (is_altered) counts.faulted.add();
   if (verdict != Verdict::accepted && is_by_scenario) counts.rejected_by_scenario.add();
   switch (verdict) {
     case Verdict::wrong_kind:

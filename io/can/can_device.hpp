@@ -99,6 +99,9 @@ class CanDevice final : public Device {
   bool keep_arrivals(std::size_t input) override;
   std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept override;
   RejectedFrames rejected(std::size_t group) const noexcept override;
+  std::uint64_t faulted_frames(std::size_t group) const noexcept override {
+    return received_[received_of_group_[group]].counts->faulted.get();
+  }
   std::uint64_t lost_arrivals() const noexcept override { return counts_.lost_arrivals.get(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
@@ -121,8 +124,6 @@ class CanDevice final : public Device {
     return faults_.stopped_by(number);
   }
   void set_away(int process_group, bool away) override { bus_->set_away(process_group, away); }
-  /// Of the message itself every fault but `repeat` and `frozen`, and the bus-off.
-  bool can_silence(const InjectedFault& injected, std::size_t group) const override;
   void note_interruption() noexcept override { interruptions_.fetch_add(1, std::memory_order_relaxed); }
 
   /// Begin and end of the playback.
@@ -155,7 +156,7 @@ class CanDevice final : public Device {
     bool retry = false;  ///< its last frame met a full queue
   };
   struct ReceivedCounts {
-    Count longer, shorter, bad_checksum, bad_counter, wrong_kind, rejected_by_scenario;
+    Count longer, shorter, bad_checksum, bad_counter, wrong_kind, rejected_by_scenario, faulted;
   };
   struct Received {
     MessageDecoder decoder;

@@ -3,9 +3,11 @@
 // inputs (a CAN message, a Modbus register) of which no value came, or which were not fresh on more than 5 %
 // of the ticks after the first one; and groups with more refused frames than the scenario permits.
 //
-// A tick counts unless the scenario is the reason for a value to be missing: while a fault that can silence
-// the group acts, while the loss of the device is permitted and it is lost, or while a fault of a task lets
-// the run skip ticks; and from then on until the group is fresh again, for its time-out at most.
+// A tick counts unless the scenario silences the group: a fault of its device acts, a fault of the message
+// acted on one of its frames, its device is lost and may be, or a fault of a task lets the run skip ticks;
+// and unless it is after such a tick, the group has not been fresh since, and no more than its time-out has
+// passed. Ticks before the first value, or the first frame on which a fault acts, count only if there is
+// none.
 //
 // Threads: set_fault, set_task_fault and check from the base thread; failures and figures after the run.
 
@@ -33,10 +35,11 @@ class InputWatch {
   /// What a tick finds of one subject.
   struct State {
     bool is_fresh = false;
+    bool is_faulted = false;         ///< a fault of the message has acted on a frame since the tick before
     bool is_permitted_loss = false;  ///< its device is lost, which the scenario permits
   };
   struct Figures {
-    std::uint64_t ticks = 0;      ///< that count; if a value came, from the first one on
+    std::uint64_t ticks = 0;      ///< that count
     std::uint64_t not_fresh = 0;  ///< of them
   };
 
@@ -44,9 +47,8 @@ class InputWatch {
   InputWatch(std::vector<Subject> subjects, std::int64_t period_ns);
 
   // Neither allocates nor blocks.
-  /// A fault that can silence the subject acts, or does so no more. `delay_ns`: by which it delays values;
-  /// when it has ended, it acts for so long on.
-  void set_fault(std::size_t subject, bool active, std::int64_t delay_ns = 0) noexcept;
+  /// A fault of the subject's device acts, or does so no more.
+  void set_fault(std::size_t subject, bool active) noexcept;
   /// The same of a fault that makes a task take longer.
   void set_task_fault(bool active) noexcept;
   /// After the inputs of a tick are latched and its faults have begun or ended. `states`: by subject.
@@ -61,13 +63,12 @@ class InputWatch {
   struct Watched {
     Subject subject;
     std::uint32_t acting_faults = 0;
-    std::int64_t ended_delay_ns = 0;                 ///< of faults that have ended since the last check
-    std::optional<std::int64_t> delayed_until_ns{};  ///< by faults that have ended
-    std::optional<std::int64_t> silenced_ns;         ///< last tick on which it was, if it was not fresh since
-    std::optional<std::int64_t> first_ns;            ///< of the first tick on which it was fresh
-    std::optional<std::int64_t> missing_ns;  ///< of the first tick that counts as not fresh after that one
-    Figures before;                          ///< on the ticks before the first arrival
-    Figures after;                           ///< on those from it on
+    std::optional<std::int64_t> silenced_ns;  ///< last tick on which it was, if it was not fresh since
+    bool has_sent = false;                    ///< a value came, or a frame on which a fault acted
+    bool has_come = false;                    ///< a value came
+    std::optional<std::int64_t> missing_ns;   ///< of the first tick that counts as not fresh once it has sent
+    Figures before;                           ///< on the ticks before it has sent
+    Figures after;                            ///< on the others
   };
 
   const std::int64_t period_ns_;

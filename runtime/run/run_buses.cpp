@@ -115,14 +115,6 @@ void RunBuses::watch_inputs() {
       inputs_.push_back({bus, group});
     }
   }
-  for (const BusFault& fault : wiring_.bus_faults) {
-    std::vector<std::size_t>& silenced = silenced_by_.emplace_back();
-    for (std::size_t i = 0; i < inputs_.size(); ++i) {
-      if (inputs_[i].bus == fault.bus &&
-          buses_[fault.bus].device->device().can_silence(fault.injected, inputs_[i].group))
-        silenced.push_back(i);
-    }
-  }
   input_states_.resize(inputs_.size());
   input_watch_.emplace(std::move(subjects), context_.scenario.base_period_ns);
 }
@@ -146,9 +138,9 @@ void RunBuses::add_tasks(executive::Executive& executive) {
 
 void RunBuses::set_fault(const BusFault& fault, const std::string& name, bool active) noexcept {
   links_[fault.bus]->device().set_fault(fault.number, active);
-  if (fault.injected.message.empty()) loss_watch_->set_fault(fault.bus, name, active);
-  for (const std::size_t input : silenced_by_[static_cast<std::size_t>(&fault - wiring_.bus_faults.data())])
-    input_watch_->set_fault(input, active, fault.injected.delay_ns);
+  if (!fault.injected.message.empty()) return;
+  loss_watch_->set_fault(fault.bus, name, active);
+  set_inputs_silenced(fault.bus, active);
 }
 
 std::uint64_t RunBuses::fault_count(const BusFault& fault) const noexcept {
@@ -167,18 +159,25 @@ void RunBuses::set_away(std::size_t bus, pid_t process, const std::string& name,
   if (context_.is_virtual) links_[bus]->device().set_away(process, away);
   loss_watch_->set_fault(bus, name, away);
   links_[bus]->device().note_interruption();
+  set_inputs_silenced(bus, away);
+}
+
+void RunBuses::set_inputs_silenced(std::size_t bus, bool active) noexcept {
   for (std::size_t input = 0; input < inputs_.size(); ++input)
-    if (inputs_[input].bus == bus) input_watch_->set_fault(input, away);
+    if (inputs_[input].bus == bus) input_watch_->set_fault(input, active);
 }
 
 void RunBuses::end_tick(std::int64_t time_ns) noexcept {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    const auto [bus, group] = inputs_[i];
+    const auto [bus, group, faulted_before] = inputs_[i];
     const io::Device& device = links_[bus]->device();
     const bool is_connected = device.connected() && device.has_answered();
     const bool is_lost = buses_[bus].lacks_program->load(std::memory_order_relaxed) ||
                          (buses_[bus].wired->section->may_be_lost && !is_connected);
-    input_states_[i] = {.is_fresh = links_[bus]->is_fresh(group), .is_permitted_loss = is_lost};
+    inputs_[i].faulted = device.faulted_frames(group);
+    input_states_[i] = {.is_fresh = links_[bus]->is_fresh(group),
+                        .is_faulted = inputs_[i].faulted != faulted_before,
+                        .is_permitted_loss = is_lost};
   }
   input_watch_->check(time_ns, input_states_);
 }

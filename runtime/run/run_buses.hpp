@@ -112,8 +112,11 @@ class RunBuses {
   struct WatchedInput {
     std::size_t bus = 0;
     std::size_t group = 0;
+    std::uint64_t faulted = 0;  ///< its frames on which faults had acted at the last tick
   };
   void watch_inputs();
+  /// A fault that keeps all values of the bus from coming begins or ends.
+  void set_inputs_silenced(std::size_t bus, bool active) noexcept;
   /// What the report shows of the inputs of a bus.
   std::vector<contribution::BusRow> input_rows(const RunningBus& bus) const;
   void start(RunningBus& bus);
@@ -133,8 +136,6 @@ class RunBuses {
   std::optional<LossWatch> loss_watch_;
   std::vector<WatchedInput> inputs_;             ///< of all buses
   std::vector<InputWatch::State> input_states_;  ///< of the tick, by input
-  /// By fault of wiring_.bus_faults: the inputs that it can silence.
-  std::vector<std::vector<std::size_t>> silenced_by_;
   std::optional<InputWatch> input_watch_;
 };
 

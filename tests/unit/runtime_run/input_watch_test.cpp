@@ -23,12 +23,17 @@ class OneInput {
                  .max_rejected = max_rejected}},
                ms) {}
   void ticks(int count, bool is_fresh, bool is_permitted_loss = false) {
-    const InputWatch::State state{is_fresh, is_permitted_loss};
+    const InputWatch::State state{.is_fresh = is_fresh, .is_permitted_loss = is_permitted_loss};
     for (int i = 0; i < count; ++i)
       watch_.check(ms * tick_++, {&state, 1});
   }
   void skip(int count) { tick_ += count; }
-  void fault(bool active, std::int64_t delay_ms = 0) { watch_.set_fault(0, active, delay_ms * ms); }
+  /// A fault of the message acts on a frame, so that it is not fresh.
+  void faulted_tick() {
+    const InputWatch::State state{.is_faulted = true};
+    watch_.check(ms * tick_++, {&state, 1});
+  }
+  void fault(bool active) { watch_.set_fault(0, active); }
   void task_fault(bool active) { watch_.set_task_fault(active); }
   std::string failures(std::uint64_t rejected = 0, std::uint64_t by_scenario = 0) const {
     std::string all;
@@ -98,17 +103,25 @@ TEST(InputWatch, FaultThatSilencesItExcusesItsTicksAndTheRecovery) {
   EXPECT_NE(dead.failures(), "");
 }
 
-TEST(InputWatch, DelayActsForItsDurationAfterItsEnd) {
+TEST(InputWatch, FaultOfTheMessageExcusesWhileItActsOnFrames) {
   OneInput input(10);
   input.ticks(100, true);
-  input.fault(true, 200);
-  input.ticks(100, false);
-  input.fault(false, 200);
-  input.ticks(201, false);
-  input.ticks(10, false);  // the recovery
+  for (int frame = 0; frame < 20; ++frame) {
+    input.faulted_tick();
+    input.ticks(9, false);
+  }
   EXPECT_EQ(input.figures().not_fresh, 0U);
-  input.ticks(1, false);
-  EXPECT_EQ(input.figures().not_fresh, 1U);
+  input.ticks(50, false);
+  EXPECT_EQ(input.figures().not_fresh, 49U) << "no frame came any more for the fault to act on";
+  OneInput dropped(10);
+  dropped.ticks(70, false);
+  for (int frame = 0; frame < 20; ++frame) {
+    dropped.faulted_tick();
+    dropped.ticks(9, false);
+  }
+  EXPECT_EQ(dropped.failures(), "") << "it came late, and the fault took all frames";
+  dropped.ticks(3, false);
+  EXPECT_NE(dropped.failures().find("no value of message can.car.Speed came"), std::string::npos);
 }
 
 TEST(InputWatch, RecoveryEndsWithTheFirstFreshTick) {
