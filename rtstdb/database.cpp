@@ -105,7 +105,7 @@ class DatabaseImpl final : public Database, private query::Appearance {
                             .max_geometries = options.max_geometries,
                             .feed_capacity = options.standing_queue_capacity}),
         geometries_({engine_, *executor_, follower_, options.chunk}, std::move(recovered)) {
-    executor_->show(*this);
+    executor_->set_appearance(*this);
   }
 
   const DeviceInfo& device() const noexcept override { return executor_->device_info(); }

@@ -133,9 +133,9 @@ std::string_view Accessors::buffer_bytes(std::uint64_t index, const std::string&
   const std::string name = "buffer " + number(index);
   const Json* uri = member(json, "uri");
   const std::string_view bytes = uri == nullptr ? binary_ : external_bytes(index, text_of(uri), name);
-  const std::uint64_t wanted = whole_or(json, "byteLength", 0, name);
-  if (wanted > bytes.size())
-    refuse(name + " has " + number(bytes.size()) + " bytes, and its byteLength is " + number(wanted));
+  const std::uint64_t declared = whole_or(json, "byteLength", 0, name);
+  if (declared > bytes.size())
+    refuse(name + " has " + number(bytes.size()) + " bytes, and its byteLength is " + number(declared));
   return bytes;
 }
 

@@ -24,13 +24,13 @@ class FaceMaker {
         previous_(points_m.size()),
         number_(points_m.size(), no_index),
         in_face_(points_m.size(), no_index) {
-    made_.of_triangle.assign(hull.triangles.size(), no_index);
+    faces_.of_triangle.assign(hull.triangles.size(), no_index);
   }
 
   HullFaces make() && {
     for (const std::uint32_t corner : hull_.corners) {
-      number_[corner] = static_cast<std::uint32_t>(made_.hull.corners_m.size());
-      made_.hull.corners_m.push_back(points_m_[corner]);
+      number_[corner] = static_cast<std::uint32_t>(faces_.hull.corners_m.size());
+      faces_.hull.corners_m.push_back(points_m_[corner]);
     }
     std::vector<std::uint32_t> by_area(hull_.triangles.size());
     std::iota(by_area.begin(), by_area.end(), 0u);
@@ -38,8 +38,8 @@ class FaceMaker {
       return hull_.planes[a].area_m2() > hull_.planes[b].area_m2();
     });
     for (const std::uint32_t seed : by_area)
-      if (made_.of_triangle[seed] == no_index) add_face(seed);
-    return std::move(made_);
+      if (faces_.of_triangle[seed] == no_index) add_face(seed);
+    return std::move(faces_);
   }
 
  private:
@@ -63,7 +63,7 @@ class FaceMaker {
   /// Whether the polygon remains convex with the corner of the triangle beyond its edge.
   bool may_add(const Edge& edge, std::uint32_t triangle, std::uint32_t corner, std::uint32_t face,
                const OrientedPlane& plane) const {
-    if (made_.of_triangle[triangle] != no_index || in_face_[corner] == face) return false;
+    if (faces_.of_triangle[triangle] != no_index || in_face_[corner] == face) return false;
     if (glm::dot(hull_.planes[triangle].normal(), plane.normal()) <= 0.0) return false;
     if (std::abs(plane.height_m(at(corner))) > flatness_m_) return false;
     return turns_left(previous_[edge.from], edge.from, corner, plane.normal()) &&
@@ -72,7 +72,7 @@ class FaceMaker {
   }
 
   void add_face(std::uint32_t seed) {
-    const auto face = static_cast<std::uint32_t>(made_.hull.faces.size());
+    const auto face = static_cast<std::uint32_t>(faces_.hull.faces.size());
     const OrientedPlane& plane = hull_.planes[seed];
     std::vector<Edge> open;
     const glm::uvec3& first = hull_.triangles[seed];
@@ -81,7 +81,7 @@ class FaceMaker {
       in_face_[first[i]] = face;
       open.push_back({first[i], first[(i + 1) % 3], seed, i});
     }
-    made_.of_triangle[seed] = face;
+    faces_.of_triangle[seed] = face;
     glm::dvec3 area = plane.area_m2() * plane.normal();
     std::uint32_t count = 3;
     while (!open.empty()) {
@@ -92,7 +92,7 @@ class FaceMaker {
       const int side = t.x == edge.to ? 0 : t.y == edge.to ? 1 : 2;
       const std::uint32_t corner = t[(side + 2) % 3];
       if (!may_add(edge, other, corner, face, plane)) continue;
-      made_.of_triangle[other] = face;
+      faces_.of_triangle[other] = face;
       in_face_[corner] = face;
       link(edge.from, corner);
       link(corner, edge.to);
@@ -101,7 +101,7 @@ class FaceMaker {
       open.push_back({edge.from, corner, other, (side + 1) % 3});
       open.push_back({corner, edge.to, other, (side + 2) % 3});
     }
-    ConvexHull& hull = made_.hull;
+    ConvexHull& hull = faces_.hull;
     hull.faces.push_back({.normal = glm::vec3(glm::normalize(area)),
                           .first_corner = static_cast<std::uint32_t>(hull.face_corners.size()),
                           .corner_count = count});
@@ -116,7 +116,7 @@ class FaceMaker {
   // For each point: its neighbours on the border of the current polygon, its number in the hull, and the last
   // face of which it was a corner.
   std::vector<std::uint32_t> next_, previous_, number_, in_face_;
-  HullFaces made_;
+  HullFaces faces_;
 };
 
 }  // namespace

@@ -46,10 +46,10 @@ TriangleMesh read_binary(std::string_view file, double scale) {
                              " bytes, and a binary STL file has at least 84");
   std::uint32_t count = 0;
   std::memcpy(&count, file.data() + header_bytes, sizeof count);
-  const std::uint64_t wanted = header_bytes + count_bytes + std::uint64_t{count} * facet_bytes;
-  if (wanted != file.size())
+  const std::uint64_t needed = header_bytes + count_bytes + std::uint64_t{count} * facet_bytes;
+  if (needed != file.size())
     throw std::runtime_error("its header gives " + counted(count, "triangle") +
-                             ", for which the file needs " + std::to_string(wanted) + " bytes, and it has " +
+                             ", for which the file needs " + std::to_string(needed) + " bytes, and it has " +
                              std::to_string(file.size()));
   TriangleMesh mesh;
   mesh.positions_m.reserve(std::size_t{3} * count);
@@ -80,12 +80,12 @@ class TextReader {
   }
 
  private:
-  [[noreturn]] void refuse(std::string_view found, const std::string& wanted) const {
+  [[noreturn]] void refuse(std::string_view found, const std::string& expected) const {
     constexpr std::size_t max_quoted = 40;
     throw std::runtime_error(
         "line " + std::to_string(line_) + ": " +
         (found.empty() ? "the file ends" : "'" + std::string(found.substr(0, max_quoted)) + "' is found") +
-        " where " + wanted + " is expected");
+        " where " + expected + " is expected");
   }
 
   /// The next word; empty at the end of the file.
@@ -101,9 +101,9 @@ class TextReader {
     return word;
   }
   void skip_line() { rest_.remove_prefix(std::min(rest_.find_first_of("\r\n"), rest_.size())); }
-  void expect(std::string_view wanted) {
+  void expect(std::string_view expected) {
     const std::string_view word = take_word();
-    if (!equal_words(word, wanted)) refuse(word, "'" + std::string(wanted) + "'");
+    if (!equal_words(word, expected)) refuse(word, "'" + std::string(expected) + "'");
   }
   double number() {
     const std::string_view word = take_word();

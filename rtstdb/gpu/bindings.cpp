@@ -70,10 +70,10 @@ Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<con
   return create_bindings(pipeline, whole(buffers));
 }
 
-Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const BufferPart> wanted) {
+Result<Bindings> Device::create_bindings(const Pipeline& pipeline, std::span<const BufferPart> buffers) {
   RTSTDB_ASSERT(pipeline.impl_ != nullptr, "the pipeline was moved from");
   const Pipeline::Impl& of = *pipeline.impl_;
-  return create_bindings({of.letters, *of.kernel->set_layout, of.kernel->name}, wanted);
+  return create_bindings({of.letters, *of.kernel->set_layout, of.kernel->name}, buffers);
 }
 
 Result<Bindings> Device::create_bindings(const RasterPipeline& pipeline,
@@ -83,19 +83,19 @@ Result<Bindings> Device::create_bindings(const RasterPipeline& pipeline,
   return create_bindings({of.letters, *of.set_layout, "a raster pipeline"}, whole(buffers));
 }
 
-Result<Bindings> Device::create_bindings(const BindingPlan& of, std::span<const BufferPart> wanted) {
-  RTSTDB_ASSERT(wanted.size() == of.letters.size(),
+Result<Bindings> Device::create_bindings(const BindingPlan& of, std::span<const BufferPart> buffers) {
+  RTSTDB_ASSERT(buffers.size() == of.letters.size(),
                 "the number of buffers is not that of the bindings of the shader");
   std::vector<Part> parts;
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    RTSTDB_ASSERT(wanted[i].buffer != nullptr && wanted[i].buffer->impl_ != nullptr,
+  for (std::size_t i = 0; i < buffers.size(); ++i) {
+    RTSTDB_ASSERT(buffers[i].buffer != nullptr && buffers[i].buffer->impl_ != nullptr,
                   "a buffer is null or was moved from");
-    const Buffer::Impl& buffer = *wanted[i].buffer->impl_;
-    const std::size_t offset = wanted[i].offset_bytes;
+    const Buffer::Impl& buffer = *buffers[i].buffer->impl_;
+    const std::size_t offset = buffers[i].offset_bytes;
     const std::size_t all = buffer.options.size_bytes;
     RTSTDB_ASSERT(buffer.device == impl_ && offset < all && offset % limits().storage_alignment_bytes == 0,
                   "a buffer is of another device, or its part begins beyond its end or is not aligned");
-    const std::size_t size = wanted[i].size_bytes != 0 ? wanted[i].size_bytes : all - offset;
+    const std::size_t size = buffers[i].size_bytes != 0 ? buffers[i].size_bytes : all - offset;
     RTSTDB_ASSERT(size <= all - offset, "a part goes beyond the end of its buffer");
     if (of.letters[i] == 'S' && size > limits().max_storage_range_bytes) {
       return Error{ErrorCode::capacity, "buffer \"" + buffer.options.name + "\" of " + std::to_string(size) +

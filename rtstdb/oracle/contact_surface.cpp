@@ -3,6 +3,7 @@
 #include <glm/geometric.hpp>
 
 #include <algorithm>
+#include <limits>
 
 #include <rtstdb/result.hpp>
 
@@ -52,7 +53,8 @@ void find_depth(const SurfacePair& pair, SurfaceTruth& truth) {
 double surface_precision_m(const SurfaceBody& first, const SurfaceBody& second, double distance_m) {
   const SurfaceBody& larger = first.diagonal_m() >= second.diagonal_m() ? first : second;
   return std::max(1e-4 * std::min(first.diagonal_m(), second.diagonal_m()),
-                  4.0 / 8388608.0 * std::max(larger.largest_coordinate_m(), distance_m));
+                  4.0 * double{std::numeric_limits<float>::epsilon()} *
+                      std::max(larger.largest_coordinate_m(), distance_m));
 }
 
 bool has_component_in(const SurfaceBody& surface, const SurfaceBody& body) {

@@ -163,8 +163,9 @@ ConvexBody convex_body(const PosedEntity& entity, const glm::dvec3& origin_m) {
   put_extremes_first(body.corners_m);
   const glm::dvec3 minimum_m(entity.mesh->bounds().minimum_m), maximum_m(entity.mesh->bounds().maximum_m);
   body.diagonal_m = glm::length(scale * (maximum_m - minimum_m));
-  const glm::dvec3 largest_m = scale * glm::max(glm::abs(minimum_m), glm::abs(maximum_m));
-  body.ulp_m = ulp_m(std::max({largest_m.x, largest_m.y, largest_m.z}));
+  const auto largest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
+  const glm::dvec3 farthest_m = glm::max(glm::abs(minimum_m), glm::abs(maximum_m));
+  body.ulp_m = std::max(ulp_m(largest(scale * farthest_m)), largest(scale) * ulp_m(largest(farthest_m)));
   return body;
 }
 

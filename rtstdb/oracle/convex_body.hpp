@@ -41,7 +41,7 @@ struct ConvexBody {
   std::vector<glm::dvec3> normals;  ///< of faces; of a flat body also those of its edges, in its plane
   std::vector<std::array<glm::dvec3, 3>> triangles_m;  ///< by their index in the geometry
   double diagonal_m = 0.0;                             ///< of the scaled bounds
-  double ulp_m = 0.0;                                  ///< single precision at the largest scaled coordinate
+  double ulp_m = 0.0;  ///< the larger one of its mesh, scaled, and of its scaled coordinates
 };
 
 /// The entity's geometry is convex.

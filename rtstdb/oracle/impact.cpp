@@ -78,7 +78,8 @@ JudgedParts nearest_parts(const World& world, EntityId first, EntityId second, W
 
 /// Resolution of the positions of two surfaces in single precision: 4 units in the last place.
 double rounding_m(const SurfaceBody& first, const SurfaceBody& second) {
-  return 4.0 / 8388608.0 * std::max(first.largest_coordinate_m(), second.largest_coordinate_m());
+  return 4.0 * double{std::numeric_limits<float>::epsilon()} *
+         std::max(first.largest_coordinate_m(), second.largest_coordinate_m());
 }
 
 /// A time, up to `end_s` after the begin of the window, at which convex bodies are nearer than the level;
@@ -197,7 +198,7 @@ Judgement judge_meeting(const World& world, const ImpactSearch& search, const Im
   const glm::dvec3 n(answer.n_world);
   if (std::abs(glm::length(n) - 1.0) > 1e-4) return judged(Verdict::differs, "a normal that is not unit");
   const double larger_m = std::max(pair.first_body.diagonal_m, pair.second_body.diagonal_m);
-  const double n_error = 4.0 / 8388608.0 * larger_m / truth.distance_m;
+  const double n_error = 4.0 * double{std::numeric_limits<float>::epsilon()} * larger_m / truth.distance_m;
   if (gap_along_m(pair.first_body, pair.second_body, n) <
       truth.distance_m - slack_m - 0.02 * tolerance_m - n_error * larger_m)
     return judged(Verdict::differs, "the bodies are not that far apart along the normal");

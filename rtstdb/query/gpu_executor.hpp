@@ -30,7 +30,7 @@ class GpuExecutor final : public Executor {
 
   /// Sets the materials and lights of rows for image queries. `appearance` must outlive the last run.
   /// Without it, rows name the default material and no light.
-  void show(const Appearance& appearance) noexcept { appearance_ = &appearance; }
+  void set_appearance(const Appearance& appearance) noexcept { appearance_ = &appearance; }
 
   /// Describes the device that the database was opened with.
   const DeviceInfo& device_info() const noexcept { return device_info_; }

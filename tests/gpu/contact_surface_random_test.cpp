@@ -87,7 +87,7 @@ SurfaceTally judge_pairs(const oracle::World& world, std::span<const ContactSear
                          std::span<const ContactAnswer> answers) {
   SurfaceTally tally;
   std::mutex mutex;
-  hil::tests::for_each_in_parallel(searches.size(), [&](std::size_t i) {
+  for_each_in_parallel(searches.size(), [&](std::size_t i) {
     SurfaceTally judged = judge_one(world, searches[i], answers[i]);
     const std::lock_guard lock(mutex);
     tally += std::move(judged);

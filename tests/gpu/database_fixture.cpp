@@ -78,7 +78,7 @@ Tally judge_all(std::size_t count, const std::function<oracle::Judgement(std::si
   Tally tally{.elements = count};
   std::mutex mutex;
   std::vector<std::string> wrong;
-  hil::tests::for_each_in_parallel(count, [&](std::size_t i) {
+  for_each_in_parallel(count, [&](std::size_t i) {
     const oracle::Judgement judgement = judge_one(i);
     if (judgement.verdict == oracle::Verdict::agrees) return;
     const std::lock_guard lock(mutex);

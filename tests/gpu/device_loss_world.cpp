@@ -12,7 +12,7 @@ namespace rtstdb::test {
 namespace {
 
 constexpr std::uint32_t element_count = 48;
-/// Of contacts and images, whose searches have many stages.
+/// Of expensive kinds.
 constexpr std::uint32_t few_elements = 2;
 constexpr std::uint32_t bodies = 30;
 constexpr float world_m = 8.0f;
@@ -119,9 +119,7 @@ Result<void> DeviceLossWorld::add_geometry_that_deforms() {
 Result<void> DeviceLossWorld::prepare_queries(std::string_view kind) {
   for (const AnyQueryOptions& options : all_tested_options()) {
     if (kind_name(options) != kind) continue;
-    const bool has_many_stages = std::holds_alternative<ContactQueryOptions>(options) ||
-                                 std::holds_alternative<ImageQueryOptions>(options);
-    const std::uint32_t count = has_many_stages ? few_elements : element_count;
+    const std::uint32_t count = is_expensive(options) ? few_elements : element_count;
     auto made = try_to_prepare_case(*database_, with(options, count));
     if (!made) return made.error();
     KindCase& query = *queries_.emplace_back(std::move(made).value());

@@ -121,7 +121,7 @@ class RandomSurfaceImpacts : public DeformingGeometry {
     const oracle::World world = this->world();
     judge(world, searches, query->answers(), options);
     std::vector<char> is_close(count);
-    hil::tests::for_each_in_parallel(count, [&](std::size_t i) {
+    for_each_in_parallel(count, [&](std::size_t i) {
       if (query->answers()[i].status != ImpactStatus::impact) is_close[i] = passes_close(world, searches[i]);
     });
     for (std::uint32_t i = 0; i < count; ++i) {

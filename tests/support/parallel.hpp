@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace hil::tests {
+namespace rtstdb::test {
 
 /// Calls visit(i) for each i below `count`, from as many threads as there are processors. Returns after the
 /// last call.
@@ -24,4 +24,4 @@ void for_each_in_parallel(std::size_t count, const Visit& visit) {
   work();
 }
 
-}  // namespace hil::tests
+}  // namespace rtstdb::test

@@ -141,8 +141,8 @@ struct ContactQueryOptions {
 
 /// Contacts between bodies. `searches` has `capacity` elements; `answers` has one for each search of the last
 /// transaction.
-/// Precision of convex bodies, with the unit in the last place (ulp) of single precision at the largest
-/// scaled coordinate of a body:
+/// Precision of convex bodies. The ulp of a body is the unit in the last place of single precision at its
+/// largest scaled coordinate, or at the largest coordinate of its mesh times the scale, whichever is more:
 ///   bounds   always contain the distance of the hulls of the meshes' corners, or of the solids with sizes in
 ///            single precision, at the rows' poses. They are apart by at most contact_precision (limits.hpp)
 ///            times the diagonal of the smaller body, 8 ulp of the larger body or 8 units in the last place

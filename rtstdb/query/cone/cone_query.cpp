@@ -50,9 +50,9 @@ float side_of(Faces faces) noexcept {
 Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const ConeQueryOptions& options) {
   if (auto checked = check_cone_options(options); !checked) return checked.error();
   auto query = std::make_unique<GpuConeQuery>(options);
-  GpuConeQuery& made = *query;
+  GpuConeQuery& cone_query = *query;
   auto moved = on_device(std::move(query), device);
-  if (moved) made.allocate_host_memory();
+  if (moved) cone_query.allocate_host_memory();
   return moved;
 }
 

@@ -183,12 +183,20 @@ std::uint32_t GpuContactQuery::begin_distance(const BatchWorld& world) noexcept 
   return static_cast<std::uint32_t>(candidates_.part_pairs().size());
 }
 
+/// Lists the pairs of parts in `state`, but not those beyond the margin and farther than another pair of the
+/// same bodies.
 std::uint32_t GpuContactQuery::list_pairs(std::uint32_t state) noexcept {
   const auto results = results_.host_as<const shared::PairResult>();
   const auto listed = listed_pairs_.host_as<std::uint32_t>();
   std::uint32_t count = 0;
-  for (std::uint32_t pair = 0; pair < candidates_.part_pairs().size(); ++pair)
-    if (results[pair].state == state) listed[count++] = pair;
+  for (const ContactCandidates::Candidate& candidate : candidates_.candidates()) {
+    float nearest_m = std::numeric_limits<float>::max();
+    for (std::uint32_t i = candidate.first_pair; i < candidate.end_pair; ++i)
+      if (results[i].state != shared::pair_unfinished) nearest_m = std::min(nearest_m, results[i].max_m);
+    const float limit_m = std::max(nearest_m, searches_[candidate.search].margin_m);
+    for (std::uint32_t i = candidate.first_pair; i < candidate.end_pair; ++i)
+      if (results[i].state == state && results[i].min_m <= limit_m) listed[count++] = i;
+  }
   return count;
 }
 

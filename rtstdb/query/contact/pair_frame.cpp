@@ -35,11 +35,14 @@ double omitted_m(const PairBody& body) noexcept {
 /// Half a unit in the last place of single precision, relative to a value.
 constexpr double half_unit = 0.5 * static_cast<double>(std::numeric_limits<float>::epsilon());
 
-double largest_coordinate_m(const PairBody& body) noexcept {
-  const glm::dvec3 largest_m =
-      (glm::abs(glm::dvec3(body.hull.hull->center_m)) + glm::dvec3(body.hull.hull->half_extent_m)) *
-      body.row.scale;
-  return std::max({largest_m.x, largest_m.y, largest_m.z});
+/// Ulp of the body: at its largest scaled coordinate, or that of its hull times the scale, which may be twice
+/// as large.
+double ulp_of_m(const PairBody& body) noexcept {
+  const auto largest = [](const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); };
+  const glm::dvec3& scale = body.row.scale;
+  const glm::dvec3 farthest_m =
+      glm::abs(glm::dvec3(body.hull.hull->center_m)) + glm::dvec3(body.hull.hull->half_extent_m);
+  return std::max(ulp_m(largest(scale * farthest_m)), largest(scale) * ulp_m(largest(farthest_m)));
 }
 
 /// The triangle at the point: the nearest of the face, or, where that is farther than `precision_m`, the
@@ -74,7 +77,7 @@ double precision_of_m(const PairBody& first, const PairBody& second, double betw
   const double first_m = diagonal_m(first);
   const double second_m = diagonal_m(second);
   return std::max({contact_precision * std::min(first_m, second_m),
-                   8.0 * ulp_m(largest_coordinate_m(first_m >= second_m ? first : second)),
+                   8.0 * ulp_of_m(first_m >= second_m ? first : second),
                    16.0 * half_unit * (between_m - 0.5 * (first_m + second_m))});
 }
 
@@ -108,12 +111,13 @@ PairFrame::PairFrame(const PairBody& first, const PairBody& second, WorldTime t)
 
 ContactPoint PairFrame::contact_point(const glm::vec4& point, const glm::vec3& n_world,
                                       std::uint32_t first_face, std::uint32_t second_face) const noexcept {
-  const glm::dvec3 p_first_m = from_first(glm::vec3(point));
+  const glm::vec3 p_m(from_first(glm::vec3(point)));
+  const glm::dvec3 p_first_m(p_m);  // rounded, so that the triangles are at the point that the answer has
   const float depth_m = point.w;
   const glm::dvec3 half_m = 0.5 * static_cast<double>(depth_m) * glm::dvec3(n_world);
   const glm::dvec3 on_first_m = glm::conjugate(q_first) * (p_first_m - half_m);
   const glm::dvec3 on_second_m = glm::conjugate(q_second) * (p_first_m - second_m + half_m);
-  return {.p_first_m = glm::vec3(p_first_m),
+  return {.p_first_m = p_m,
           .n_world = n_world,
           .depth_m = depth_m,
           .first_triangle = triangle_at(first_hull, first_scale, first_face, on_first_m, precision_m),

@@ -17,18 +17,18 @@ Result<void> ShadowMaps::create(gpu::Device& device, const ImageQueryOptions& op
   side_ = options.shadow_map_side;
   const gpu::ShaderInfo& vertex = gpu::shader_info(image_raster_vertex);
   using enum gpu::BeyondDepth;
-  if (auto made = keep(device.create_raster_pipeline(vertex, nullptr, clipped), clipping_); !made)
-    return made;
-  if (auto made = keep(device.create_raster_pipeline(vertex, nullptr, clamped), clamping_); !made)
-    return made;
-  if (auto made = keep(device.create_pipeline(image_visible_from_light), visible_kernel_); !made) return made;
-  if (auto made = keep(device.create_pipeline(image_reach), reach_kernel_); !made) return made;
-  if (auto made =
+  if (auto kept = keep(device.create_raster_pipeline(vertex, nullptr, clipped), clipping_); !kept)
+    return kept;
+  if (auto kept = keep(device.create_raster_pipeline(vertex, nullptr, clamped), clamping_); !kept)
+    return kept;
+  if (auto kept = keep(device.create_pipeline(image_visible_from_light), visible_kernel_); !kept) return kept;
+  if (auto kept = keep(device.create_pipeline(image_reach), reach_kernel_); !kept) return kept;
+  if (auto kept =
           keep(device.create_raster_target(
                    {.name = options.name + " shadow map", .width = side_, .height = side_, .words = false}),
                target_);
-      !made)
-    return made;
+      !kept)
+    return kept;
   const std::size_t texels = std::size_t{side_} * side_ * options.shadow_maps * options.capacity;
   return device.create_buffers(std::vector<gpu::BufferRequest>{
       {&maps_, {.name = options.name + " shadow maps", .size_bytes = texels * sizeof(float)}},

@@ -91,9 +91,9 @@ std::uint32_t instance_of(EntityId entity, const Recording& recording) noexcept 
 Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const NearestQueryOptions& options) {
   if (auto checked = check_nearest_options(options); !checked) return checked.error();
   auto query = std::make_unique<GpuNearestQuery>(options);
-  GpuNearestQuery& made = *query;
+  GpuNearestQuery& nearest_query = *query;
   auto moved = on_device(std::move(query), device);
-  if (moved) made.allocate_host_memory();
+  if (moved) nearest_query.allocate_host_memory();
   return moved;
 }
 

@@ -14,9 +14,9 @@ Result<std::unique_ptr<GpuQuery>> make_query(gpu::Device& device, const OverlapQ
                                    .late = options.late};
   if (auto checked = check_region_search_options(search); !checked) return checked.error();
   auto query = std::make_unique<GpuOverlapQuery>(search);
-  RegionSearch& made = *query;
+  RegionSearch& region_search = *query;
   auto moved = on_device(std::move(query), device);
-  if (moved) made.allocate_host_memory();
+  if (moved) region_search.allocate_host_memory();
   return moved;
 }
 

@@ -22,7 +22,7 @@ float rounded_down(real value) {
 
 float rounded_up(real value) { return -rounded_down(-value); }
 
-// Without a state.
+// The result of a pair that is not decided yet.
 PairResult result_of(real3 n, real3 point, real distance, real lower, real upper) {
   const float min_m = rounded_down(clamp(lower, real(-3e38), real(3e38)));
   const float max_m = rounded_up(clamp(upper, real(-3e38), real(3e38)));
