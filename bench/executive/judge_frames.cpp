@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "bench/figure/figure.hpp"
+#include "io/device.hpp"
 #include "runtime/config/parse.hpp"
 #include "runtime/expectations/every_tick.hpp"
 #include "runtime/expectations/judges.hpp"
 #include "runtime/signals/signal_expression.hpp"
-#include "tests/support/idle_device.hpp"
 
 namespace hil::bench {
 namespace {
@@ -23,9 +23,23 @@ constexpr std::size_t frames_per_tick = 4'096;
 constexpr int conditions = 20;
 
 /// Hands out frames of two signals: a counter from 0 to 99, and a level.
-class FrameSource final : public tests::IdleDevice {
+class FrameSource final : public io::Device {
  public:
-  FrameSource() : IdleDevice("frames") {}
+  const std::string& name() const noexcept override { return name_; }
+  std::span<const io::ChannelInfo> inputs() const noexcept override { return {}; }
+  std::span<const io::InputGroup> input_groups() const noexcept override { return {}; }
+  io::RunTimeNs loss_timeout_ns() const noexcept override { return 0; }
+  std::span<const io::ChannelInfo> outputs() const noexcept override { return {}; }
+  void start(const io::RunClock& /*clock*/, io::Pacing /*pacing*/) override {}
+  void latch_inputs(std::span<io::Sample> /*samples*/) noexcept override {}
+  void release_outputs(std::span<const double> /*values*/, io::RunTimeNs /*tick_ns*/) noexcept override {}
+  bool exchange(io::RunTimeNs /*tick_ns*/) override { return true; }
+  void enter_safe_state() noexcept override {}
+  void stop() noexcept override {}
+  bool connected() const noexcept override { return true; }
+  std::string fault() const override { return {}; }
+  std::string send_fault() const override { return {}; }
+
   void receive(std::size_t count, std::int64_t from_ns) {
     left_ = count;
     time_ns_ = from_ns;
@@ -41,6 +55,7 @@ class FrameSource final : public tests::IdleDevice {
   }
 
  private:
+  const std::string name_ = "frames";
   std::size_t left_ = 0;
   std::uint64_t number_ = 0;
   std::int64_t time_ns_ = 0;

@@ -1,5 +1,6 @@
 // hil-bench-executive [--json] [--tiny]: wake-up latency compared with cyclictest, the cost of a tick, that
-// of a step of a block, that of a recording in the tick, that of judging 4,096 frames in a tick, and that of a tick of a whole bench.
+// of a step of a block, that of a recording in the tick, that of judging 4,096 frames in a tick, and that
+// of a tick of a whole bench.
 
 #include <cstdio>
 #include <exception>

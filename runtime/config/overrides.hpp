@@ -9,10 +9,10 @@
 //   can.car.receive.BrakeCommand.timeout=1 s   or by its text when it is a bare word,
 //   world.entities.0.mask=[static]             or by its index, from 0
 //
-// The value is YAML. A key of the schema, or a name that something else checks, as an input of a module, can be
-// set where the file leaves it out. Entries of lists, and names that only the file defines, must be in the file.
-// A path that begins with a plus, as "+tasks.tank.parameters.outputs.low", may add such a name. A path that is
-// set twice is a mistake.
+// The value is YAML. A key of the schema, or a name that something else checks, as an input of a module,
+// can be set where the file leaves it out. Entries of lists, and names that only the file defines, must be
+// in the file. A path that begins with a plus, as "+tasks.tank.parameters.outputs.low", may add such a
+// name. A path that is set twice is a mistake.
 
 #include <span>
 #include <string>
@@ -24,8 +24,8 @@
 
 namespace hil::config {
 
-/// Each override that can not be applied is a mistake and changes nothing; the others are applied. `types`: of
-/// a scenario; without any for another document.
+/// Each override that can not be applied is a mistake and changes nothing; the others are applied. `types`:
+/// of a scenario; without any for another document.
 void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::string> overrides,
                      const ScenarioTypes& types, Diagnostics& diagnostics);
 

@@ -19,8 +19,8 @@
 
 namespace hil::expectations {
 
-/// Signals that are computed from others: the variables of a run. Each has a number, above those from which it
-/// is computed.
+/// Signals that are computed from others: the variables of a run. Each has a number, above those from which
+/// it is computed.
 class ComputedSignals {
  public:
   virtual ~ComputedSignals() = default;

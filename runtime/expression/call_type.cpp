@@ -61,7 +61,7 @@ class CallTyping {
         return false;
       }
     }
-    const bool has_result = function.state_size > 0 || function.tells_known ||
+    const bool has_result = function.state_size > 0 || function.reports_known ||
                             std::ranges::any_of(constants, [](double value) { return std::isnan(value); });
     if (has_result) return true;
     bool is_lower_bound = false;

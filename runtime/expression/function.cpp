@@ -192,8 +192,8 @@ double hysteresis(const Call& c) noexcept {
   return c.state[1];
 }
 
-/// A condition becomes true where it is true, and was last known to be false or was never known. state[1]: its
-/// last known truth.
+/// A condition becomes true where it is true, and was last known to be false or was never known. state[1]:
+/// its last known truth.
 double rises(const Call& c) noexcept {
   const double now = c.arguments[0];
   if (std::isnan(now)) return unknown;
@@ -427,7 +427,7 @@ constexpr Function table[] = {
      .about = "x less the largest multiple of y that is not above it."},
     {.name = "known",
      .signature = "r:t",
-     .tells_known = true,
+     .reports_known = true,
      .value = is_known,
      .arguments = "x",
      .about = "Whether the value is known: its signals are fresh."},

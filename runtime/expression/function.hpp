@@ -46,11 +46,11 @@ struct Function {
   std::uint32_t state_size = 0;   ///< of a call
   bool state_per_period = false;  ///< and a value for each period of the constant duration
   bool per_tick = false;          ///< keeps its result at frames between two ticks
-  bool tells_known = false;       ///< its result is whether the argument is known
+  bool reports_known = false;     ///< its result is whether the argument is known
   bool follows_writes = false;    ///< has a new result only where an argument has a new value
   double (*value)(const Call& call) noexcept = nullptr;
-  /// Why constant arguments, NaN where they are none, can not be: "its low is above its high". Empty: they can.
-  /// Null: all can.
+  /// Why constant arguments, NaN where they are none, can not be: "its low is above its high". Empty: they
+  /// can. Null: all can.
   std::string_view (*problem)(std::span<const double> constants) = nullptr;
   std::string_view arguments;  ///< for documentation: "x, low, [high]"
   std::string_view about;

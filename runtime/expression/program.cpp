@@ -147,7 +147,7 @@ Program::Operand Program::call(const Instruction& instruction, std::span<const O
                                const Step& step, double elapsed_s, Advance advance) noexcept {
   const Function& function = *instruction.function;
   const bool has_state = instruction.state_size > 0;
-  if (advance == Advance::unknown_results && (has_state || function.tells_known))
+  if (advance == Advance::unknown_results && (has_state || function.reports_known))
     return {.value = unknown_value};
   if (has_state && (advance == Advance::none || (advance == Advance::all_but_per_tick && function.per_tick)))
     return last_results_[instruction.last_result];

@@ -38,8 +38,8 @@ class SignalExpression {
   double evaluate(const SignalTable& table, std::int64_t time_ns, Unpublished unpublished) noexcept {
     return evaluate(table, Instant{.time_ns = time_ns}, unpublished);
   }
-  /// The result in every step (Program::value_in_all_steps), where the signals of `known` with a constant value
-  /// have it. Null: none has one.
+  /// The result in every step (Program::value_in_all_steps), where the signals of `known` with a constant
+  /// value have it. Null: none has one.
   double value_in_all_steps(const KnownSignals* known) noexcept;
   /// Run time of the newest written value on which the latest result depends.
   std::int64_t written_ns() const noexcept;

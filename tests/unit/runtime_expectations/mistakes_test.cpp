@@ -70,7 +70,7 @@ TEST_F(ExpectationMistakes, OfConditionsWithOneResultInAllKinds) {
   for (const char* entry :
        {"eventually: not (false and tank.level > 5 m)", "count: {of: tank.level > 1 m and 0 == 1, max: 3}",
         "order: [tank.level > 1 m, tank.level > 1 m or 2 > 1]", "never: 1 > 2 and known(can.car.Status.Mode)",
-        "reaction: {when: tank.level > 1 m or 1 == 1, then: tank.level > 2 m, within: 1 s}",
+        "reaction: {when: tank.level > 1 m or 2 > 1, then: tank.level > 2 m, within: 1 s}",
         "always: tank.level > 1 m, until: tank.level > 3 m and false"})
     expect_mistakes({{entry, "whatever its signals are"}});
 }

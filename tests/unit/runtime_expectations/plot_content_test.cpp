@@ -52,16 +52,14 @@ TEST_F(PlotContentOf, WindowAddsTheSignalsOfItsConditions) {
   EXPECT_EQ(found.signals, (std::vector<signals::SignalId>{speed_, request_}));
 }
 
-TEST_F(PlotContentOf, StatisticsHaveLimitsOfValues) {
+TEST_F(PlotContentOf, StatisticsHaveNoLimitsOfTheSignal) {
   Statistics claim{.signal = {"ego.speed", {}}, .limits = {}, .overshoot = {}, .settling = {}};
   claim.limits[Statistics::mean].max = condition("18 km/h");
   claim.limits[Statistics::smallest].min = condition("1 m/s");
-  claim.limits[Statistics::standard_deviation].max = condition("2 m/s");
   const PlotContent found =
       plot_content({.name = "claim", .place = {}, .claim = claim_of(std::move(claim))}, table_);
-  ASSERT_EQ(found.limits.size(), 2U);
-  EXPECT_DOUBLE_EQ(found.limits[0].value, 5.0);
-  EXPECT_DOUBLE_EQ(found.limits[1].value, 1.0);
+  EXPECT_EQ(found.signals, std::vector{speed_});
+  EXPECT_TRUE(found.limits.empty());
 }
 
 TEST_F(PlotContentOf, ReactionsAndResponsesHaveBothSides) {

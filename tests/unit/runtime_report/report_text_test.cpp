@@ -82,7 +82,7 @@ TEST(ReportText, ReportsProblemsOfModbusUnits) {
         plc + "2 requests were refused with exception 6\n",
         plc + "the connection was lost and restored once\n",
         plc + "4 output values were beyond the range of the register: its limit was written instead\n",
-        plc + "5 input values were beyond the range of the register: its limit was read instead\n",
+        plc + "5 input values were beyond the range of the register, and read as it is\n",
         plc + "6 output values were not a number: the register kept its value\n",
         plc + "7 input values were not a finite number: the signal kept its value\n",
         plc + "8 sets of outputs were not sent, because newer outputs came first: the unit or hil's thread "

@@ -306,6 +306,12 @@ RunRecord full_record() {
                           8'412 * millisecond, 8'413, 10'000, std::nullopt, -0.25, "m", 8'420 * millisecond},
                          {"DUT answers within 50 ms", ExpectationResult::held, "400 answers, slowest 41.2 ms",
                           std::nullopt, 9'900, 10'000}};
+  record.expectations[1].not_evaluated = {{.begin_ns = 100 * millisecond,
+                                           .end_ns = 199 * millisecond,
+                                           .signals = {"can.car.BrakeCommand.AnswerTo"}}};
+  record.expectations[1].figures = {
+      {.name = "mean", .value = 12.5, .unit = "m/s", .min = 10.0, .max = std::nullopt, .is_held = true}};
+  record.expectations[1].shift_ns = 3 * millisecond;
   record.stimuli = {{"profile",
                      "can.car.EgoStatus.Speed",
                      "",

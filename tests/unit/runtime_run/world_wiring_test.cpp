@@ -160,7 +160,9 @@ TEST_F(WorldWiring, LayersAreThoseOfTheBodiesUnlessListed) {
   EXPECT_EQ(
       mistakes_of("scenario: a\nworld: {layers: [ground]}\n" + vehicles + "ground]}\n"),
       "scenario.yaml:7:17: module traffic has bodies in the layer 'vehicle', which world.layers does not "
-      "list; known here: ground\n");
+      "list; known here: ground\nscenario.yaml:11:45: module crash searches 'ground', where there is no "
+      "other "
+      "body, so it could never find one\n");
 }
 
 TEST_F(WorldWiring, MaterialsThatModulesNameAreThoseOfTheWorld) {
