@@ -30,7 +30,7 @@ int run(bool json, bool tiny) {
   const TickOverhead overhead = measure_tick_overhead(options);
   const BlockStepCost block = measure_block_step(options.rounds, options.ticks_per_round);
   const RecordingCost recording = measure_recording(options.rounds, options.ticks_per_round);
-  const JudgeFramesCost judge_frames = measure_judge_frames(tiny ? 5 : 200);
+  const JudgeFramesCost judge_frames = measure_judge_frames(200);
   const BenchTick bench_tick = measure_bench_tick(options.rounds, options.ticks_per_round);
   const std::string device = device_name();
   const Figure figures[] = {
