@@ -6,6 +6,9 @@
 #include <array>
 #include <cstdio>
 #include <random>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include "io/can/checksum.hpp"
 #include "tests/system/scenario/hil.hpp"
@@ -102,6 +105,14 @@ std::string fault_of(const std::string& clock, const std::string& effect, int at
   return "faults: [{name: f, " + effect + ", at: " + scaled(clock, at_ms) + end + "}]\n";
 }
 
+/// Calls `check` for all cases at the same time, since runs in real time mostly wait.
+template <class Cases, class Check>
+void at_once(const Cases& cases, const Check& check) {
+  std::vector<std::jthread> threads;
+  for (const auto& one : cases)
+    threads.emplace_back([&] { check(one); });
+}
+
 class DeadDevices : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Clocks, DeadDevices, ::testing::Values("virtual", "realtime"));
 
@@ -138,16 +149,18 @@ TEST_P(DeadDevices, StationThatDiesFailsAndOneThatComesLateOrRecoversPasses) {
     const char* intervals;
     int code;
   };
-  for (const Case& one : {Case{"0-5000", 0}, Case{"0-500", 1}, Case{"700-5000", 0}, Case{"0-300,600-5000", 1},
-                          Case{"0-500,550-5000", 0}, Case{"100-200", 1}, Case{"400-420,900-5000", 1}}) {
+  const std::array cases{Case{"0-5000", 0},          Case{"0-500", 1},          Case{"700-5000", 0},
+                         Case{"0-300,600-5000", 1},  Case{"0-500,550-5000", 0}, Case{"100-200", 1},
+                         Case{"400-420,900-5000", 1}};
+  at_once(cases, [](const Case& one) {
     const StationFolder files(GetParam(), one.intervals);
     const Ended ended = files.run("out");
     EXPECT_EQ(ended.code, one.code) << one.intervals << "\n" << ended.output << ended.errors;
-    if (one.code == 0) continue;
+    if (one.code == 0) return;
     EXPECT_NE(reason_of(ended, files.folder / "out").find("message can.car.Speed was not fresh on "),
               std::string::npos)
         << ended.output;
-  }
+  });
 }
 
 TEST_P(DeadDevices, FaultsThatSilenceTheStationExcuseIt) {
@@ -158,28 +171,28 @@ TEST_P(DeadDevices, FaultsThatSilenceTheStationExcuseIt) {
                           "message: can.car.Speed, wrong: counter",
                           "device: can.car, state: bus_off",
                           "process: ecu, state: paused"};
-  for (const char* const fault : faults) {
+  at_once(faults, [](const char* fault) {
     const StationFolder files(GetParam(), "0-5000", fault_of(GetParam(), fault, 300, 300));
     const Ended ended = files.run("out");
     EXPECT_EQ(ended.code, 0) << fault << "\n" << ended.output << ended.errors;
     const auto report = read_report(files.folder / "out");
     const auto& inputs = report["can"][0]["inputs"];
     EXPECT_LT(inputs[0]["ticks"].get<int>() + 10, report["ticks"].get<int>()) << fault << inputs;
-  }
+  });
 }
 
 TEST_P(DeadDevices, FaultsOfSomethingElseDoNotExcuseIt) {
   const std::array faults{"message: can.car.Other, drop: 100 %", "message: can.car.Speed, repeat: 1",
                           "message: can.car.Speed, stuck: last"};
-  for (const char* const fault : faults) {
+  at_once(faults, [](const char* fault) {
     const StationFolder files(GetParam(), "0-400,700-5000", fault_of(GetParam(), fault, 300, 500));
     const Ended ended = files.run("out");
     EXPECT_EQ(ended.code, 1) << fault << "\n" << ended.output << ended.errors;
-  }
+  });
 }
 
 TEST_P(DeadDevices, StationThatDiesInAFaultOfItsMessageFails) {
-  for (const char* const fault : {"drop: 100 %", "drop: 5 %", "wrong: counter", "delay: 20 ms"}) {
+  at_once(std::array{"drop: 100 %", "drop: 5 %", "wrong: counter", "delay: 20 ms"}, [](const char* fault) {
     const StationFolder files(GetParam(), "0-500",
                               fault_of(GetParam(), "message: can.car.Speed, " + std::string(fault), 300));
     const Ended ended = files.run("out", {"--seed", "2"});
@@ -188,7 +201,7 @@ TEST_P(DeadDevices, StationThatDiesInAFaultOfItsMessageFails) {
               std::string::npos)
         << fault << "\n"
         << ended.output;
-  }
+  });
 }
 
 TEST(DeadDevicesUnderTheVirtualClock, FaultThatTakesAllFramesExcusesAStationThatSendsThem) {
