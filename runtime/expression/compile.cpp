@@ -51,6 +51,7 @@ class Compiler {
     if (wanted.truth && types_[nodes_.size() - 1].kind != Type::Kind::truth)
       add({.code = Program::Code::truth_of_number});
     program_.stack_.resize(max_depth_);
+    program_.plain_stack_.resize(max_depth_);
     std::ranges::sort(program_.variables_);
     const auto same = std::ranges::unique(program_.variables_);
     program_.variables_.erase(same.begin(), same.end());
@@ -571,6 +572,7 @@ class Compiler {
     const Node& node = nodes_[i];
     const Function* function = function_named(node.word.text);
     Program::Instruction call{.code = Code::call, .function = function};
+    program_.may_have_lower_bound_ = program_.may_have_lower_bound_ || function->may_be_lower_bound;
     call.arguments = static_cast<std::uint32_t>(node.parts.size());
     program_.arguments_.resize(std::max(program_.arguments_.size(), node.parts.size()));
     call.constants = {.period_s = period_s(), .seed = options_.seed + 0x9E3779B97F4A7C15u * (i + 1)};

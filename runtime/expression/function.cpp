@@ -485,6 +485,7 @@ constexpr Function table[] = {
     {.name = "count",
      .signature = "t[t]:1",
      .state_size = 4,
+     .may_be_lower_bound = true,
      .value = counted,
      .arguments = "condition, [reset]",
      .about = "How often the condition has become true since the reset."},

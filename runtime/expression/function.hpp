@@ -43,11 +43,12 @@ struct Call {
 struct Function {
   std::string_view name;
   std::string_view signature;
-  std::uint32_t state_size = 0;   ///< of a call
-  bool state_per_period = false;  ///< and a value for each period of the constant duration
-  bool per_tick = false;          ///< keeps its result at frames between two ticks
-  bool reports_known = false;     ///< its result is whether the argument is known
-  bool follows_writes = false;    ///< has a new result only where an argument has a new value
+  std::uint32_t state_size = 0;     ///< of a call
+  bool state_per_period = false;    ///< and a value for each period of the constant duration
+  bool per_tick = false;            ///< keeps its result at frames between two ticks
+  bool reports_known = false;       ///< its result is whether the argument is known
+  bool may_be_lower_bound = false;  ///< its result, of a past that is partly unknown
+  bool follows_writes = false;      ///< has a new result only where an argument has a new value
   double (*value)(const Call& call) noexcept = nullptr;
   /// Why constant arguments, NaN where they are none, can not be: "its low is above its high". Empty: they
   /// can. Null: all can.

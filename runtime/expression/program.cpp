@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <type_traits>
 
 #include "runtime/config/require.hpp"
 
@@ -48,27 +49,35 @@ double Program::exact(const Operand& operand) noexcept {
   return operand.is_lower_bound ? unknown_value : operand.value;
 }
 
-Program::Operand* Program::operate(config::Expression::Operation operation, Operand* top) noexcept {
+template <typename Comparison>
+bool Program::is_decided(const Operand& a, const Operand& b, Comparison comparison,
+                         bool is_equality) noexcept {
+  if (!a.is_lower_bound && !b.is_lower_bound) return true;
+  const auto largest = [](const Operand& operand) {
+    return operand.is_lower_bound ? std::numeric_limits<double>::infinity() : operand.value;
+  };
+  const bool reaches = is_equality && (a.is_lower_bound ? a.value <= b.value : b.value <= a.value);
+  return a.is_lower_bound != b.is_lower_bound && !reaches &&
+         compared(largest(a), largest(b), comparison) == compared(a.value, b.value, comparison);
+}
+
+template <class AnyOperand>
+AnyOperand* Program::operate(config::Expression::Operation operation, AnyOperand* top) noexcept {
   using Operation = config::Expression::Operation;
+  constexpr bool is_plain = std::is_same_v<AnyOperand, PlainOperand>;
   const auto binary = [&](auto function) {
     --top;
     top[-1].value = function(exact(top[-1]), exact(top[0]));
-    top[-1].written_s = std::max(top[-1].written_s, top[0].written_s);
-    top[-1].is_lower_bound = false;
+    if constexpr (!is_plain) {
+      top[-1].written_s = std::max(top[-1].written_s, top[0].written_s);
+      top[-1].is_lower_bound = false;
+    }
   };
   // A lower bound decides a comparison that has one result for all values from the bound on.
   const auto compare = [&](auto comparison, bool is_equality = false) {
-    const Operand& a = top[-2];
-    const Operand& b = top[-1];
-    double result = compared(a.value, b.value, comparison);
-    if (a.is_lower_bound || b.is_lower_bound) {
-      const auto largest = [](const Operand& operand) {
-        return operand.is_lower_bound ? std::numeric_limits<double>::infinity() : operand.value;
-      };
-      const bool reaches = is_equality && (a.is_lower_bound ? a.value <= b.value : b.value <= a.value);
-      const bool is_decided = a.is_lower_bound != b.is_lower_bound && !reaches &&
-                              compared(largest(a), largest(b), comparison) == result;
-      if (!is_decided) result = unknown_value;
+    double result = compared(top[-2].value, top[-1].value, comparison);
+    if constexpr (!is_plain) {
+      if (!is_decided(top[-2], top[-1], comparison, is_equality)) result = unknown_value;
     }
     binary([&](double, double) { return result; });
   };
@@ -100,13 +109,16 @@ Program::Operand* Program::operate(config::Expression::Operation operation, Oper
     case Operation::greater_or_equal:
       compare(std::greater_equal<>());
       break;
-    case Operation::add: {
-      const double sum = top[-2].value + top[-1].value;
-      const bool is_lower_bound = top[-2].is_lower_bound || top[-1].is_lower_bound;
-      binary([&](double, double) { return sum; });
-      top[-1].is_lower_bound = is_lower_bound;
+    case Operation::add:
+      if constexpr (is_plain) {
+        binary(std::plus<>());
+      } else {
+        const double sum = top[-2].value + top[-1].value;
+        const bool is_lower_bound = top[-2].is_lower_bound || top[-1].is_lower_bound;
+        binary([&](double, double) { return sum; });
+        top[-1].is_lower_bound = is_lower_bound;
+      }
       break;
-    }
     case Operation::subtract:
       binary(std::minus<>());
       break;
@@ -117,19 +129,21 @@ Program::Operand* Program::operate(config::Expression::Operation operation, Oper
       binary([](double a, double b) { return b == 0.0 ? unknown_value : a / b; });
       break;
     case Operation::minus:
-      top[-1] = {.value = -exact(top[-1]), .written_s = top[-1].written_s};
+      top[-1].value = -exact(top[-1]);
+      if constexpr (!is_plain) top[-1].is_lower_bound = false;
       break;
     case Operation::power:
       binary([](double a, double b) { return std::pow(a, b); });
       break;
     case Operation::conditional: {
       top -= 2;
-      const Operand condition = top[-1];
-      const double written_s = std::max({condition.written_s, top[0].written_s, top[1].written_s});
-      top[-1] = std::isnan(condition.value) ? Operand{.value = unknown_value}
-                : condition.value != 0.0    ? top[0]
-                                            : top[1];
-      top[-1].written_s = written_s;
+      const AnyOperand condition = top[-1], yes = top[0], no = top[1];
+      if (std::isnan(condition.value))
+        top[-1] = {.value = unknown_value};
+      else
+        top[-1] = condition.value != 0.0 ? yes : no;
+      if constexpr (!is_plain)
+        top[-1].written_s = std::max({condition.written_s, yes.written_s, no.written_s});
       break;
     }
     case Operation::number:
@@ -143,18 +157,26 @@ Program::Operand* Program::operate(config::Expression::Operation operation, Oper
   return top;
 }
 
-Program::Operand Program::call(const Instruction& instruction, std::span<const Operand> arguments,
-                               const Step& step, double elapsed_s, Advance advance) noexcept {
+template <class AnyOperand>
+AnyOperand Program::call(const Instruction& instruction, std::span<const AnyOperand> arguments,
+                         const Step& step, double elapsed_s, Advance advance) noexcept {
+  constexpr bool is_plain = std::is_same_v<AnyOperand, PlainOperand>;
   const Function& function = *instruction.function;
   const bool has_state = instruction.state_size > 0;
   if (advance == Advance::unknown_results && (has_state || function.reports_known))
     return {.value = unknown_value};
-  if (has_state && (advance == Advance::none || (advance == Advance::all_but_per_tick && function.per_tick)))
-    return last_results_[instruction.last_result];
+  if (has_state &&
+      (advance == Advance::none || (advance == Advance::all_but_per_tick && function.per_tick))) {
+    const Operand& last = last_results_[instruction.last_result];
+    if constexpr (is_plain)
+      return {.value = last.value};
+    else
+      return last;
+  }
   Operand result{.written_s = std::numeric_limits<double>::lowest()};
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     arguments_[i] = exact(arguments[i]);
-    result.written_s = std::max(result.written_s, arguments[i].written_s);
+    if constexpr (!is_plain) result.written_s = std::max(result.written_s, arguments[i].written_s);
   }
   Call call{.arguments = std::span(arguments_).first(arguments.size()),
             .state = std::span(state_).subspan(instruction.first_state, instruction.state_size),
@@ -162,16 +184,35 @@ Program::Operand Program::call(const Instruction& instruction, std::span<const O
             .time_s = step.time_s,
             .elapsed_s = elapsed_s,
             .is_lower_bound = result.is_lower_bound};
-  if (step.written_s) call.written_s = arguments[0].written_s;
+  if constexpr (!is_plain) {
+    if (step.written_s) call.written_s = arguments[0].written_s;
+  }
   result.value = function.value(call);
   if (has_state) {
     if (!function.follows_writes) result.written_s = step.time_s;
     last_results_[instruction.last_result] = result;
   }
-  return result;
+  if constexpr (is_plain)
+    return {.value = result.value};
+  else
+    return result;
 }
 
 double Program::run(std::span<const double> values, const Step& step, Advance advance) noexcept {
+  return step.written_s || may_have_lower_bound_ ? run_on(stack_, values, step, advance)
+                                                 : run_on(plain_stack_, values, step, advance);
+}
+
+template <class AnyOperand>
+double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> values, const Step& step,
+                       Advance advance) noexcept {
+  constexpr bool is_plain = std::is_same_v<AnyOperand, PlainOperand>;
+  const auto operand = [](double value, [[maybe_unused]] double written_s) {
+    if constexpr (is_plain)
+      return PlainOperand{.value = value};
+    else
+      return Operand{.value = value, .written_s = written_s};
+  };
   config::require(!instructions_.empty(), "a program made by Program::compile");
   config::require(values.size() >= min_values_, "a value for each variable of the expression");
   constexpr double never_s = std::numeric_limits<double>::lowest();
@@ -181,54 +222,57 @@ double Program::run(std::span<const double> values, const Step& step, Advance ad
     if (last_time_s_) elapsed_s = std::round((step.time_s - *last_time_s_) * 1e9) / 1e9;
     last_time_s_ = step.time_s;
   }
-  Operand* top = stack_.data();  // behind the last operand
+  AnyOperand* top = stack.data();  // behind the last operand
   for (const Instruction& instruction : instructions_) {
     switch (instruction.code) {
       case Code::number:
-        *top++ = {.value = instruction.number, .written_s = never_s};
+        *top++ = operand(instruction.number, never_s);
         break;
       case Code::variable:
-        *top++ = {.value = instruction.conversion.of(values[instruction.index]),
-                  .written_s = step.written_s ? (*step.written_s)[instruction.index] : step.time_s};
+        *top++ = operand(instruction.conversion.of(values[instruction.index]),
+                         step.written_s ? (*step.written_s)[instruction.index] : step.time_s);
         break;
       case Code::time:
-        *top++ = {.value = step.time_s, .written_s = step.time_s};
+        *top++ = operand(step.time_s, step.time_s);
         break;
       case Code::operation:
         top = operate(instruction.operation, top);
         break;
       case Code::truth_of_number: {
-        const bool is_unknown = std::isnan(top[-1].value) || (top[-1].is_lower_bound && top[-1].value <= 0.0);
-        top[-1] = {.value = is_unknown             ? unknown_value
-                            : top[-1].value != 0.0 ? 1.0
-                                                   : 0.0,
-                   .written_s = top[-1].written_s};
+        bool is_unknown = std::isnan(top[-1].value);
+        if constexpr (!is_plain) {
+          is_unknown = is_unknown || (top[-1].is_lower_bound && top[-1].value <= 0.0);
+          top[-1].is_lower_bound = false;
+        }
+        top[-1].value = is_unknown ? unknown_value : top[-1].value != 0.0 ? 1.0 : 0.0;
         break;
       }
       case Code::convert:
         top[-1].value = instruction.conversion.of(top[-1].value);
         break;
-      case Code::call: {
+      case Code::call:
         top -= instruction.arguments;
-        *top =
-            call(instruction, std::span<const Operand>(top, instruction.arguments), step, elapsed_s, advance);
+        *top = call(instruction, std::span<const AnyOperand>(top, instruction.arguments), step, elapsed_s,
+                    advance);
         ++top;
         break;
-      }
       case Code::table: {
         top -= instruction.arguments;
         const bool is_curve = instruction.arguments == 1;
-        *top = {.value = is_curve ? instruction.table->at(exact(top[0]))
-                                  : instruction.table->at(exact(top[0]), exact(top[1])),
-                .written_s = is_curve ? top[0].written_s : std::max(top[0].written_s, top[1].written_s)};
+        top[0].value = is_curve ? instruction.table->at(exact(top[0]))
+                                : instruction.table->at(exact(top[0]), exact(top[1]));
+        if constexpr (!is_plain) {
+          if (!is_curve) top[0].written_s = std::max(top[0].written_s, top[1].written_s);
+          top[0].is_lower_bound = false;
+        }
         ++top;
         break;
       }
     }
   }
-  const Operand& result = top[-1];
-  if (result.is_lower_bound || !std::isfinite(result.value)) return unknown_value;
-  return to_wanted_.of(result.value);
+  const double result = exact(top[-1]);
+  if (!std::isfinite(result)) return unknown_value;
+  return to_wanted_.of(result);
 }
 
 }  // namespace hil::expression

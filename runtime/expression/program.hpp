@@ -159,16 +159,33 @@ class Program {
   };
   enum class Advance : std::uint8_t { all_functions, all_but_per_tick, none, unknown_results };
 
+  /// An operand where each step writes all values, and nothing is a lower bound.
+  struct PlainOperand {
+    double value = 0.0;
+  };
+
   /// The value; NaN of a lower bound.
   static double exact(const Operand& operand) noexcept;
+  static double exact(const PlainOperand& operand) noexcept { return operand.value; }
+  /// Whether a comparison has one result for all values from lower bounds on.
+  template <typename Comparison>
+  static bool is_decided(const Operand& a, const Operand& b, Comparison comparison,
+                         bool is_equality) noexcept;
   /// Replaces the operands before `top` by the result, and returns the new top.
-  static Operand* operate(config::Expression::Operation operation, Operand* top) noexcept;
-  Operand call(const Instruction& instruction, std::span<const Operand> arguments, const Step& step,
-               double elapsed_s, Advance advance) noexcept;
+  template <class AnyOperand>
+  static AnyOperand* operate(config::Expression::Operation operation, AnyOperand* top) noexcept;
+  template <class AnyOperand>
+  AnyOperand call(const Instruction& instruction, std::span<const AnyOperand> arguments, const Step& step,
+                  double elapsed_s, Advance advance) noexcept;
+  template <class AnyOperand>
+  double run_on(std::vector<AnyOperand>& stack, std::span<const double> values, const Step& step,
+                Advance advance) noexcept;
   double run(std::span<const double> values, const Step& step, Advance advance) noexcept;
 
   std::vector<Instruction> instructions_;
   std::vector<Operand> stack_;
+  std::vector<PlainOperand> plain_stack_;
+  bool may_have_lower_bound_ = false;
   std::vector<Operand> last_results_;  ///< of the functions with a state
   std::vector<double> state_;
   std::vector<double> arguments_;  ///< of a call
