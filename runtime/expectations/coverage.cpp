@@ -45,7 +45,7 @@ void Coverage::check(const signals::SignalTable& table, std::int64_t time_ns, bo
       watched.was_known = true;
     } else if (!evaluated) {
       ++watched.ticks_not_evaluated;
-      if (!intervals_.empty()) causes_[(intervals_.size() - 1) * watched_.size() + i] = true;
+      if (is_listed_) causes_[(intervals_.size() - 1) * watched_.size() + i] = true;
     }
     if (is_published)
       watched.stale_since_ns.reset();
@@ -66,9 +66,11 @@ void Coverage::note_stale(Watched& watched, std::size_t index, std::int64_t time
 }
 
 void Coverage::note_not_evaluated(std::int64_t time_ns) noexcept {
-  const bool begins = was_evaluated_ || intervals_.empty();
-  if (begins && intervals_.size() < max_intervals) intervals_.push_back({time_ns, time_ns});
-  intervals_.back().end_ns = time_ns;
+  if (was_evaluated_) {
+    is_listed_ = intervals_.size() < max_intervals;
+    if (is_listed_) intervals_.push_back({time_ns, time_ns});
+  }
+  if (is_listed_) intervals_.back().end_ns = time_ns;
 }
 
 std::vector<report::NotEvaluated> Coverage::not_evaluated() const {

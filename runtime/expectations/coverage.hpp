@@ -89,6 +89,7 @@ class Coverage {
   std::uint64_t evaluated_ticks_ = 0;
   std::optional<StaleInterval> stale_interval_;
   bool was_evaluated_ = true;  ///< the last tick
+  bool is_listed_ = false;     ///< the newest interval is in intervals_
   std::vector<Interval> intervals_;
   std::vector<bool> causes_;  ///< by interval and watched signal
 };

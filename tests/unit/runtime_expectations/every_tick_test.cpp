@@ -111,6 +111,20 @@ TEST_F(Expectations, ConditionReadsTheValuesOfItsSignals) {
   expect(*never, until(2 * ms), Result::failed);
 }
 
+TEST_F(Expectations, ListTheFirstIntervalsThatWereNotEvaluated) {
+  const auto never = judge(Never{condition("ego.speed > 14")});
+  for (int tick = 0; tick < 100; ++tick)
+    set_speed(*never, tick % 4 < 2 ? 1.0 : std::nan(""), tick * ms);
+  const report::Expectation result = never->result(until(100 * ms, 100));
+  ASSERT_EQ(result.not_evaluated.size(), Coverage::max_intervals);
+  for (std::size_t i = 0; i < result.not_evaluated.size(); ++i) {
+    const report::NotEvaluated& interval = result.not_evaluated[i];
+    EXPECT_EQ(interval.begin_ns, static_cast<std::int64_t>(4 * i + 2) * ms);
+    EXPECT_EQ(interval.end_ns, interval.begin_ns + ms);
+    EXPECT_EQ(interval.signals, std::vector<std::string>{"ego.speed"});
+  }
+}
+
 TEST_F(Expectations, ResponsesAreMeasuredByTheTimesOfTheValues) {
   const auto judge = responses(50 * ms, 3);
   for (int i = 1; i <= 3; ++i) {
