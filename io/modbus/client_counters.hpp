@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numeric>
 
-#include "io/modbus/exception_counts.hpp"
+#include "io/modbus/exception_tally.hpp"
 #include "io/modbus/value_watch.hpp"
 
 namespace hil::io::modbus {
@@ -20,6 +20,7 @@ struct ClientCounters {
   std::uint64_t errors = 0;    ///< exceptions, closed connections and invalid replies
   std::uint64_t exceptions = 0;
   ExceptionCounts by_code{};  ///< the exceptions, by code
+  FirstRefusedRequests first_refused{};
   std::uint64_t reconnects = 0;
   /// A value that is not a number leaves the register at the value written before, or at the safe value.
   ValueCounters values{};
@@ -41,6 +42,7 @@ struct ClientTally {
     counters.timeouts = timeouts.load(relaxed);
     counters.errors = errors.load(relaxed);
     counters.by_code = exceptions.counts();
+    counters.first_refused = exceptions.first_requests();
     counters.exceptions = std::accumulate(counters.by_code.begin(), counters.by_code.end(), std::uint64_t{0});
     counters.reconnects = connected > 0 ? connected - 1 : 0;
     counters.superseded_releases = superseded.load(relaxed);

@@ -19,6 +19,10 @@ namespace {
 constexpr auto relaxed = std::memory_order_relaxed;
 constexpr std::uint8_t exception_illegal_address = 2;
 
+RequestRange range_of(const PlannedRequest& plan, bool writes) {
+  return {writes, plan.table, plan.address, plan.count};
+}
+
 std::optional<std::size_t> own_entry(const RegisterMap& map, const std::string& name) {
   if (name.empty()) return std::nullopt;
   const RegisterEntry* entry = map.find(name);
@@ -131,11 +135,11 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   stopping_.store(false);
   safe_requested_.store(false);
   address_ = resolve(settings_.endpoint);
-  const WallTime until = WallClock::now() + settings_.start_timeout;
-  while (!connect_until(until)) {
+  const CycleLimit limit = limit_from_now(settings_.start_timeout);
+  while (!connect(limit)) {
     if (settings_.stop_requested != nullptr && settings_.stop_requested->load())
       throw DeviceError("the run was stopped before " + description_ + " was reached: " + connect_fault_);
-    if (WallClock::now() + settings_.reconnect_pause_min >= until) {
+    if (WallClock::now() + settings_.reconnect_pause_min >= limit.until) {
       throw DeviceError(description_ + " can not be reached: " + connect_fault_ + "; tried for " +
                         std::to_string(settings_.start_timeout.count()) +
                         " ms. Check that the unit is on and that the address and port are right");
@@ -218,7 +222,7 @@ bool ClientDevice::exchange(RunTimeNs tick_ns) {
   if (take_work(); !due_) return true;
   const LockstepHold hold = faults_.hold(is_away_, tick_ns, settings_.response_timeout, reply_due_ns_);
   if (hold.fault != nullptr && connected_.load(relaxed)) lose_connection(hold.fault);
-  return hold.is_held || cycle(WallClock::now() + settings_.lockstep_limit);
+  return hold.is_held || cycle(limit_from_now(settings_.lockstep_limit));
 }
 
 void ClientDevice::enter_safe_state() noexcept {
@@ -228,7 +232,7 @@ void ClientDevice::enter_safe_state() noexcept {
   if (pacing_ == Pacing::realtime) return wake_signal_.wake();
   const std::scoped_lock lock(lockstep_mutex_);
   take_work();
-  if (due_ && started_ && !is_away_) cycle(WallClock::now() + settings_.lockstep_limit);
+  if (due_ && started_ && !is_away_) cycle(limit_from_now(settings_.lockstep_limit));
 }
 
 // ---- called by the device's thread, or by exchange()
@@ -241,10 +245,10 @@ void ClientDevice::run() noexcept {
     wait_for_work();
     if (stopping_.load()) break;
     take_work();
-    if (due_ && (session_.connected() || WallClock::now() >= next_connect_)) cycle(WallTime::max());
+    if (due_ && (session_.connected() || WallClock::now() >= next_connect_)) cycle({});
   }
   take_work();
-  if (due_) cycle(WallClock::now() + settings_.stop_limit);
+  if (due_) cycle(limit_from_now(settings_.stop_limit));
 }
 
 /// After a failed cycle: waits for the end of the pause, whether or not new outputs are released.
@@ -271,13 +275,13 @@ void ClientDevice::take_work() noexcept {
   }
 }
 
-bool ClientDevice::cycle(WallTime until) {
-  const bool good = run_cycle(until);
+bool ClientDevice::cycle(const CycleLimit& limit) {
+  const bool good = run_cycle(limit);
   cycle_watch_.end_cycle();
   return good;
 }
 
-bool ClientDevice::run_cycle(WallTime until) {
+bool ClientDevice::run_cycle(const CycleLimit& limit) {
   cycle_fault_.clear();
   const Interference interference = faults_.begin_cycle();
   session_.set_interference(interference, pacing_ == Pacing::realtime);
@@ -291,9 +295,9 @@ bool ClientDevice::run_cycle(WallTime until) {
     counters_.errors.fetch_add(1, relaxed);
     set_fault(session_.fault());
   }
-  if (!session_.connected() && !connect_until(until)) return false;
+  if (!session_.connected() && !connect(limit)) return false;
   encode_outputs();
-  if (!write_all(until) || !read_all(until)) return false;
+  if (!write_all(limit) || !read_all(limit)) return false;
   due_ = false;
   reconnect_pause_ = settings_.reconnect_pause_min;
   connected_.store(true, relaxed);
@@ -301,8 +305,8 @@ bool ClientDevice::run_cycle(WallTime until) {
   return true;
 }
 
-bool ClientDevice::connect_until(WallTime until) {
-  Connection connection = connect_within(address_, request_limit(until));
+bool ClientDevice::connect(const CycleLimit& limit) {
+  Connection connection = connect_within(address_, request_limit(limit));
   if (!connection.socket.open()) {
     connect_fault_ = std::move(connection.fault);
     lose_connection("connecting: " + connect_fault_);
@@ -341,13 +345,13 @@ void ClientDevice::encode_outputs() {
   }
 }
 
-bool ClientDevice::write_all(WallTime until) {
+bool ClientDevice::write_all(const CycleLimit& limit) {
   const bool is_due = read_requests_.empty() && now_ns() - last_reply_ns_ >= loss_timeout_ns() / 2;
   for (WriteRequest& request : write_requests_) {
     if (!settings_.write_unchanged && !is_due && request.image == request.written) continue;
     const Reply reply =
-        session_.write(request.plan.table, request.plan.address, request.image, request_limit(until));
-    if (!judge_reply(reply, "writing", request.plan)) return false;
+        session_.write(request.plan.table, request.plan.address, request.image, request_limit(limit));
+    if (!judge_reply(reply, true, request.plan)) return false;
     if (reply == Reply::good) {
       request.written = request.image;
       request.refused_since_ns.reset();
@@ -368,18 +372,17 @@ void ClientDevice::note_refusal(WriteRequest& request) {
   const std::scoped_lock lock(health_mutex_);
   if (!send_fault_.empty()) return;
   send_fault_ = description_ + " has refused outputs for more than " +
-                std::to_string(settings_.max_age.count()) + " ms: writing " +
-                place_of(request.plan.table, request.plan.address, request.plan.count) + ": " +
-                session_.fault();
+                std::to_string(settings_.max_age.count()) +
+                " ms: " + text_of(range_of(request.plan, true), map_) + ": " + session_.fault();
 }
 
-bool ClientDevice::read_all(WallTime until) {
+bool ClientDevice::read_all(const CycleLimit& limit) {
   std::array<std::uint16_t, max_bits_read> registers{};
   for (std::size_t i = 0; i < read_requests_.size();) {
     const PlannedRequest& plan = read_requests_[i];
     const std::span<std::uint16_t> image = std::span(registers).first(plan.count);
-    const Reply reply = session_.read(plan.table, plan.address, image, request_limit(until));
-    if (!judge_reply(reply, "reading", plan)) return false;
+    const Reply reply = session_.read(plan.table, plan.address, image, request_limit(limit));
+    if (!judge_reply(reply, false, plan)) return false;
     if (refused_for_its_gaps(reply, plan)) {
       split_at_gaps(i);
       continue;
@@ -423,7 +426,7 @@ void ClientDevice::split_at_gaps(std::size_t read_request) {
 }
 
 /// True when the cycle can continue with the next request.
-bool ClientDevice::judge_reply(Reply reply, const char* verb, const PlannedRequest& plan) {
+bool ClientDevice::judge_reply(Reply reply, bool writes, const PlannedRequest& plan) {
   counters_.requests.fetch_add(1, relaxed);
   faults_.note_request();
   if (reply == Reply::good || reply == Reply::exception) {
@@ -434,11 +437,11 @@ bool ClientDevice::judge_reply(Reply reply, const char* verb, const PlannedReque
     counters_.replies.fetch_add(1, relaxed);
     return true;
   }
-  std::string fault =
-      std::string(verb) + " " + place_of(plan.table, plan.address, plan.count) + ": " + session_.fault();
+  const RequestRange range = range_of(plan, writes);
+  std::string fault = text_of(range, map_) + ": " + session_.fault();
   if (reply == Reply::exception) {
     counters_.replies.fetch_add(1, relaxed);
-    counters_.exceptions.add(session_.exception_code());
+    counters_.exceptions.add(session_.exception_code(), range);
     counters_.errors.fetch_add(1, relaxed);
     if (cycle_fault_.empty() && !refused_for_its_gaps(reply, plan)) cycle_fault_ = std::move(fault);
     return true;
@@ -462,10 +465,17 @@ bool ClientDevice::is_stalled() const noexcept {
   return since_ns && clock_->now_ns() - *since_ns > loss_timeout_ns();
 }
 
-std::chrono::microseconds ClientDevice::request_limit(WallTime until) const {
-  if (until == WallTime::max()) return settings_.response_timeout;
-  const auto left = std::chrono::floor<std::chrono::microseconds>(until - WallClock::now());
-  return std::clamp(left, std::chrono::microseconds(1), settings_.response_timeout);
+ClientDevice::CycleLimit ClientDevice::limit_from_now(std::chrono::milliseconds length) {
+  return {WallClock::now() + length, length};
+}
+
+TimeLimit ClientDevice::request_limit(const CycleLimit& limit) const {
+  if (limit.until != WallTime::max()) {
+    const auto left = std::chrono::floor<std::chrono::microseconds>(limit.until - WallClock::now());
+    if (left < settings_.response_timeout)
+      return {std::max(left, std::chrono::microseconds(1)), limit.length};
+  }
+  return {settings_.response_timeout, settings_.response_timeout};
 }
 
 void ClientDevice::lose_connection(const std::string& fault) {

@@ -131,11 +131,17 @@ class ClientDevice final : public Device {
   std::vector<DeviceEvent> events_since(std::size_t first) const override;
 
   ClientCounters counters() const noexcept;
+  const RegisterMap& map() const noexcept { return map_; }
 
  private:
   using WallClock = std::chrono::steady_clock;
   using WallTime = WallClock::time_point;
 
+  /// A cycle ends at `until`, after `length`. Default: its requests alone are limited.
+  struct CycleLimit {
+    WallTime until = WallTime::max();
+    std::chrono::milliseconds length{0};
+  };
   struct Release {
     std::vector<double> values;
     RunTimeNs tick_ns = 0;
@@ -157,20 +163,21 @@ class ClientDevice final : public Device {
   void run() noexcept;
   void wait_for_work();
   void take_work() noexcept;
-  bool cycle(WallTime until);
-  bool run_cycle(WallTime until);
-  bool connect_until(WallTime until);
-  bool write_all(WallTime until);
+  static CycleLimit limit_from_now(std::chrono::milliseconds length);
+  bool cycle(const CycleLimit& limit);
+  bool run_cycle(const CycleLimit& limit);
+  bool connect(const CycleLimit& limit);
+  bool write_all(const CycleLimit& limit);
   void note_refusal(WriteRequest& request);
-  bool read_all(WallTime until);
+  bool read_all(const CycleLimit& limit);
   void encode_outputs();
   Conversion encode_into(WriteRequest& request, std::size_t entry, double value);
   RunTimeNs now_ns() const noexcept;
   bool is_stalled() const noexcept;
   bool refused_for_its_gaps(Reply reply, const PlannedRequest& plan) const;
   void split_at_gaps(std::size_t read_request);
-  bool judge_reply(Reply reply, const char* verb, const PlannedRequest& plan);
-  std::chrono::microseconds request_limit(WallTime until) const;
+  bool judge_reply(Reply reply, bool writes, const PlannedRequest& plan);
+  TimeLimit request_limit(const CycleLimit& limit) const;
   void lose_connection(const std::string& fault);
   void set_fault(const std::string& fault);
 

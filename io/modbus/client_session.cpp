@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "io/modbus/exception_tally.hpp"
 #include "io/modbus/request_plan.hpp"
 #include "io/modbus/require.hpp"
 
@@ -20,19 +21,8 @@ namespace hil::io::modbus {
 namespace {
 
 std::string exception_text(int code) {
-  constexpr std::array<const char*, 12> names{"",
-                                              "illegal function",
-                                              "illegal data address",
-                                              "illegal data value",
-                                              "unit failure",
-                                              "acknowledged, still working",
-                                              "unit busy",
-                                              "negative acknowledgement",
-                                              "memory parity error",
-                                              "undefined",
-                                              "gateway path unavailable",
-                                              "the unit behind the gateway does not answer"};
-  return std::string(names.at(static_cast<std::size_t>(code))) + " (exception " + std::to_string(code) + ")";
+  return std::string(exception_name(static_cast<std::size_t>(code))) + " (exception " + std::to_string(code) +
+         ")";
 }
 
 std::string words_of(int error) {
@@ -125,7 +115,8 @@ Reply ClientSession::send_whole(std::size_t size, std::chrono::steady_clock::tim
     } else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) {
       return close_with(Reply::broken, words_of(errno));
     } else if (!wait_for(socket_.get(), POLLOUT, until)) {
-      return close_with(Reply::timeout, "the request could not be sent within " + in_milliseconds(limit_));
+      return close_with(Reply::timeout,
+                        "the request could not be sent within " + in_milliseconds(limit_.length));
     }
   }
   return Reply::good;
@@ -139,7 +130,7 @@ Reply ClientSession::receive_up_to(std::size_t size, std::chrono::steady_clock::
     } else if (rc == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
       return close_with(Reply::broken, words_of(rc == 0 ? ECONNRESET : errno));
     } else if (!wait_for(socket_.get(), POLLIN, until)) {
-      return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_));
+      return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_.length));
     }
   }
   return Reply::good;
@@ -170,16 +161,15 @@ Reply ClientSession::check_head(std::size_t reply_bytes) {
   return Reply::exception;
 }
 
-Reply ClientSession::exchange(std::size_t request_bytes, std::size_t reply_bytes,
-                              std::chrono::microseconds limit) {
+Reply ClientSession::exchange(std::size_t request_bytes, std::size_t reply_bytes, const TimeLimit& limit) {
   if (!prepare()) return Reply::broken;
   limit_ = limit;
   received_ = 0;
   const auto began = std::chrono::steady_clock::now();
-  const auto until = began + limit;
+  const auto until = began + limit.left;
   if (interference_.is_silent) {
     if (waits_) std::this_thread::sleep_until(until);
-    return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_));
+    return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_.length));
   }
   if (interference_.exception != 0) {
     fault_ = exception_text(interference_.exception);
@@ -201,13 +191,13 @@ Reply ClientSession::exchange(std::size_t request_bytes, std::size_t reply_bytes
 
 Reply ClientSession::delay_reply(std::chrono::steady_clock::time_point began) {
   std::this_thread::sleep_until(
-      std::min(began + limit_, std::chrono::steady_clock::now() + interference_.delay));
-  if (std::chrono::steady_clock::now() < began + limit_) return Reply::good;
-  return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_));
+      std::min(began + limit_.left, std::chrono::steady_clock::now() + interference_.delay));
+  if (std::chrono::steady_clock::now() < began + limit_.left) return Reply::good;
+  return close_with(Reply::timeout, "no complete reply within " + in_milliseconds(limit_.length));
 }
 
 Reply ClientSession::read(Table table, std::uint16_t address, std::span<std::uint16_t> registers,
-                          std::chrono::microseconds limit) {
+                          const TimeLimit& limit) {
   const bool bits = is_bit_table(table);
   require(!registers.empty() && registers.size() <= (bits ? max_bits_read : max_registers_read),
           "ClientSession::read: a number of addresses that no request can carry");
@@ -228,7 +218,7 @@ Reply ClientSession::read(Table table, std::uint16_t address, std::span<std::uin
 }
 
 Reply ClientSession::write(Table table, std::uint16_t address, std::span<const std::uint16_t> registers,
-                           std::chrono::microseconds limit) {
+                           const TimeLimit& limit) {
   const bool bits = is_bit_table(table);
   require(table == Table::coil || table == Table::holding,
           "ClientSession::write: this table can not be written");

@@ -52,13 +52,12 @@ class ClientSession {
   bool usable();
 
   /// Reads `registers.size()` addresses. Unless it returns `good`, `registers` is undefined. Blocks for at
-  /// most `limit`.
-  Reply read(Table table, std::uint16_t address, std::span<std::uint16_t> registers,
-             std::chrono::microseconds limit);
+  /// most `limit.left`.
+  Reply read(Table table, std::uint16_t address, std::span<std::uint16_t> registers, const TimeLimit& limit);
   /// Writes coils or holding registers: function 5 or 6 for one, 15 or 16 for several. Blocks for at most
-  /// `limit`.
+  /// `limit.left`.
   Reply write(Table table, std::uint16_t address, std::span<const std::uint16_t> registers,
-              std::chrono::microseconds limit);
+              const TimeLimit& limit);
 
   /// After a result other than `good`: the reason, as the end of a sentence ("illegal data address (exception
   /// 2)").
@@ -74,7 +73,7 @@ class ClientSession {
   Reply delay_reply(std::chrono::steady_clock::time_point began);
   /// Completes the header of the request in request_, sends it and receives the reply into reply_: either
   /// `reply_bytes` from the function code on, or an exception.
-  Reply exchange(std::size_t request_bytes, std::size_t reply_bytes, std::chrono::microseconds limit);
+  Reply exchange(std::size_t request_bytes, std::size_t reply_bytes, const TimeLimit& limit);
   Reply send_whole(std::size_t size, std::chrono::steady_clock::time_point until);
   Reply receive_up_to(std::size_t size, std::chrono::steady_clock::time_point until);
   Reply check_head(std::size_t reply_bytes);
@@ -85,7 +84,7 @@ class ClientSession {
   std::uint16_t transaction_ = 0;
   std::array<std::uint8_t, max_frame_bytes> request_{}, reply_{};
   std::size_t received_ = 0;  ///< bytes of reply_
-  std::chrono::microseconds limit_{0};
+  TimeLimit limit_;
   Interference interference_;
   bool waits_ = true;
   Descriptor socket_;

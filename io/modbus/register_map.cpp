@@ -178,4 +178,22 @@ std::string place_of(Table table, std::uint16_t address, std::uint32_t count) {
   return text;
 }
 
+bool touches(const RegisterEntry& entry, const RequestRange& range) noexcept {
+  return entry.table == range.table && entry.address < std::uint32_t{range.address} + range.count &&
+         range.address < std::uint32_t{entry.address} + width_of(entry.type);
+}
+
+std::string text_of(const RequestRange& range, const RegisterMap& map) {
+  constexpr std::size_t max_names = 3;
+  std::string names;
+  std::size_t count = 0;
+  for (const RegisterEntry& entry : map.entries) {
+    if (!touches(entry, range)) continue;
+    if (++count <= max_names) names += (count > 1 ? ", " : "") + entry.name;
+  }
+  if (count > max_names) names += " and " + std::to_string(count - max_names) + " more";
+  const std::string place = place_of(range.table, range.address, range.count);
+  return (range.writes ? "writing " : "reading ") + (count > 0 ? names + " (" + place + ")" : place);
+}
+
 }  // namespace hil::io::modbus

@@ -70,4 +70,19 @@ std::string_view to_text(ByteOrder order) noexcept;
 /// "holding 10" or "holding 10..11".
 std::string place_of(Table table, std::uint16_t address, std::uint32_t count);
 
+/// The addresses that a request reads or writes.
+struct RequestRange {
+  bool writes = false;
+  Table table = Table::holding;
+  std::uint16_t address = 0;
+  std::uint16_t count = 0;
+};
+
+/// Whether the entry has an address in the range.
+bool touches(const RegisterEntry& entry, const RequestRange& range) noexcept;
+
+/// "reading level (holding 10)", "writing level, valve and 3 more (holding 10..17)": the entries of `map`
+/// that it touches, in their order. "reading holding 10": it touches none.
+std::string text_of(const RequestRange& range, const RegisterMap& map);
+
 }  // namespace hil::io::modbus

@@ -63,12 +63,12 @@ std::uint8_t check_write_and_read(Pdu pdu, const RegisterBank& bank) noexcept {
   return bank.writable(Table::holding, word_at(pdu, 5), write_count) ? sound : illegal_address;
 }
 
-void store_registers(const WrittenRange& range, Pdu data, RegisterBank& bank) noexcept {
+void store_registers(const RequestRange& range, Pdu data, RegisterBank& bank) noexcept {
   for (std::uint16_t i = 0; i < range.count; ++i)
     bank.set(range.table, static_cast<std::uint16_t>(range.address + i), word_at(data, 2U * i));
 }
 
-void store_bits(const WrittenRange& range, Pdu data, RegisterBank& bank) noexcept {
+void store_bits(const RequestRange& range, Pdu data, RegisterBank& bank) noexcept {
   for (std::uint16_t i = 0; i < range.count; ++i)
     bank.set(range.table, static_cast<std::uint16_t>(range.address + i), bit_at(data, i) ? 1 : 0);
 }
@@ -119,27 +119,45 @@ std::uint8_t check_request(std::span<const std::uint8_t> frame, const RegisterBa
   }
 }
 
-std::optional<WrittenRange> written_range(std::span<const std::uint8_t> frame) noexcept {
+std::optional<RequestRange> requested_range(std::span<const std::uint8_t> frame) noexcept {
   const Pdu pdu = frame.subspan(header_size);
+  if (pdu.size() < 5) return std::nullopt;
+  const auto range = [&](bool writes, Table table, std::uint16_t count) {
+    return RequestRange{writes, table, word_at(pdu, 1), count};
+  };
   switch (pdu[0]) {
+    case MODBUS_FC_READ_COILS:
+      return range(false, Table::coil, word_at(pdu, 3));
+    case MODBUS_FC_READ_DISCRETE_INPUTS:
+      return range(false, Table::discrete_input, word_at(pdu, 3));
+    case MODBUS_FC_READ_HOLDING_REGISTERS:
+      return range(false, Table::holding, word_at(pdu, 3));
+    case MODBUS_FC_READ_INPUT_REGISTERS:
+      return range(false, Table::input, word_at(pdu, 3));
     case MODBUS_FC_WRITE_SINGLE_COIL:
-      return WrittenRange{Table::coil, word_at(pdu, 1), 1};
+      return range(true, Table::coil, 1);
     case MODBUS_FC_WRITE_SINGLE_REGISTER:
     case MODBUS_FC_MASK_WRITE_REGISTER:
-      return WrittenRange{Table::holding, word_at(pdu, 1), 1};
+      return range(true, Table::holding, 1);
     case MODBUS_FC_WRITE_MULTIPLE_COILS:
-      return WrittenRange{Table::coil, word_at(pdu, 1), word_at(pdu, 3)};
+      return range(true, Table::coil, word_at(pdu, 3));
     case MODBUS_FC_WRITE_MULTIPLE_REGISTERS:
-      return WrittenRange{Table::holding, word_at(pdu, 1), word_at(pdu, 3)};
+      return range(true, Table::holding, word_at(pdu, 3));
     case MODBUS_FC_WRITE_AND_READ_REGISTERS:
-      return WrittenRange{Table::holding, word_at(pdu, 5), word_at(pdu, 7)};
+      if (pdu.size() < 9) return std::nullopt;
+      return RequestRange{true, Table::holding, word_at(pdu, 5), word_at(pdu, 7)};
     default:
       return std::nullopt;
   }
 }
 
-std::optional<WrittenRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept {
-  const std::optional<WrittenRange> range = written_range(frame);
+std::optional<RequestRange> written_range(std::span<const std::uint8_t> frame) noexcept {
+  const std::optional<RequestRange> range = requested_range(frame);
+  return range && range->writes ? range : std::nullopt;
+}
+
+std::optional<RequestRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept {
+  const std::optional<RequestRange> range = written_range(frame);
   if (!range) return range;
   const Pdu pdu = frame.subspan(header_size);
   switch (pdu[0]) {

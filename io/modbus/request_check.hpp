@@ -39,16 +39,14 @@ FramingResult find_frame(std::span<const std::uint8_t> bytes) noexcept;
 /// is a complete frame.
 std::uint8_t check_request(std::span<const std::uint8_t> frame, const RegisterBank& bank) noexcept;
 
-struct WrittenRange {
-  Table table = Table::holding;
-  std::uint16_t address = 0;
-  std::uint16_t count = 0;
-};
+/// The range that a request reads, or, if it also writes, the one that it writes. `frame` is a complete frame,
+/// whose addresses need not exist. Empty: the function has no range, or the frame is too short for it.
+std::optional<RequestRange> requested_range(std::span<const std::uint8_t> frame) noexcept;
 
 /// The range that a valid request writes; empty: it only reads.
-std::optional<WrittenRange> written_range(std::span<const std::uint8_t> frame) noexcept;
+std::optional<RequestRange> written_range(std::span<const std::uint8_t> frame) noexcept;
 
 /// Applies the writes of a valid request; empty: it only reads.
-std::optional<WrittenRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept;
+std::optional<RequestRange> apply_writes(std::span<const std::uint8_t> frame, RegisterBank& bank) noexcept;
 
 }  // namespace hil::io::modbus

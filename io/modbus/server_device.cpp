@@ -26,11 +26,6 @@ std::vector<bool> written_by_clients(const RegisterMap& map) {
   return allowed;
 }
 
-bool touches(const RegisterEntry& entry, const WrittenRange& range) {
-  return entry.table == range.table && entry.address < std::uint32_t{range.address} + range.count &&
-         range.address < std::uint32_t{entry.address} + width_of(entry.type);
-}
-
 }  // namespace
 
 ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
@@ -44,7 +39,7 @@ ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
       bank_(map_, written_by_clients(map_)),
       server_(bank_, settings_.limits,
               {.before_request = [this] { bring_outputs_up_to_date(); },
-               .after_write = [this](const WrittenRange& range) { take_inputs(range); },
+               .after_write = [this](const RequestRange& range) { take_inputs(range); },
                .on_refused_write =
                    [this](const RegisterBank::OutOfRange& refused) { note_refused_write(refused); },
                .interference = [this] { return faults_.interference(); },
@@ -224,7 +219,7 @@ void ServerDevice::bring_outputs_up_to_date() noexcept {
   }
 }
 
-void ServerDevice::take_inputs(const WrittenRange& written) noexcept {
+void ServerDevice::take_inputs(const RequestRange& written) noexcept {
   const RunTimeNs time_ns = stamp_ns();
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const RegisterEntry& entry = map_.entries[input_entries_[i]];

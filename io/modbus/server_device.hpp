@@ -84,6 +84,7 @@ class ServerDevice final : public Device {
   /// The port it listens on; 0 before start and after stop.
   std::uint16_t port() const noexcept { return port_.load(); }
   ServerCounters counters() const noexcept { return server_.counters(); }
+  const RegisterMap& map() const noexcept { return map_; }
   ValueCounters value_counters() const noexcept { return values_.counters(); }
   /// How often an input grew older than `max_age`.
   std::uint64_t stale_inputs() const noexcept { return freshness_.stale(); }
@@ -107,7 +108,7 @@ class ServerDevice final : public Device {
   void run() noexcept;
   void wake() noexcept;
   void bring_outputs_up_to_date() noexcept;
-  void take_inputs(const WrittenRange& written) noexcept;
+  void take_inputs(const RequestRange& written) noexcept;
   void note_refused_write(const RegisterBank::OutOfRange& refused) noexcept;
   /// The run time for events and values.
   RunTimeNs stamp_ns() const noexcept;

@@ -129,8 +129,8 @@ std::string in_milliseconds(std::chrono::microseconds limit) {
   return text.data();
 }
 
-Connection connect_within(const SocketAddress& address, std::chrono::microseconds limit) {
-  const auto until = std::chrono::steady_clock::now() + limit;
+Connection connect_within(const SocketAddress& address, const TimeLimit& limit) {
+  const auto until = std::chrono::steady_clock::now() + limit.left;
   Descriptor socket(::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!socket.open()) return {Descriptor(), words_of(errno)};
   const int on = 1;
@@ -139,7 +139,7 @@ Connection connect_within(const SocketAddress& address, std::chrono::microsecond
   if (::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address.storage), address.size) != 0) {
     error = errno == EINPROGRESS ? finish_connect(socket.get(), until) : errno;
   }
-  if (error == ETIMEDOUT) return {Descriptor(), "no answer within " + in_milliseconds(limit)};
+  if (error == ETIMEDOUT) return {Descriptor(), "no answer within " + in_milliseconds(limit.length)};
   if (error != 0) return {Descriptor(), words_of(error)};
   return {std::move(socket), ""};
 }

@@ -70,8 +70,14 @@ struct Connection {
 /// "200 ms", "0.5 ms"
 std::string in_milliseconds(std::chrono::microseconds limit);
 
-/// Connects without Nagle's delay (TCP_NODELAY) and non-blocking. Blocks for at most `limit`.
-Connection connect_within(const SocketAddress& address, std::chrono::microseconds limit);
+/// A time-out of which a part may have passed.
+struct TimeLimit {
+  std::chrono::microseconds left{0};
+  std::chrono::microseconds length{0};  ///< of the whole time-out, which messages name
+};
+
+/// Connects without Nagle's delay (TCP_NODELAY) and non-blocking. Blocks for at most `limit.left`.
+Connection connect_within(const SocketAddress& address, const TimeLimit& limit);
 
 /// A listening, non-blocking socket. Port 0: the system chooses one, see port_of. Throws io::DeviceError with
 /// `subject`, the endpoint, the system's error and what to do.

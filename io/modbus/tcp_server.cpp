@@ -203,7 +203,7 @@ void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> fra
   }
   bool sent = false;
   if (exception != 0) {
-    counters_.exceptions.add(exception);
+    counters_.exceptions.add(exception, requested_range(frame));
     sent = send_exception(connection, frame, exception);
   } else {
     // libmodbus may read the longest header of a request before it knows the function.
@@ -223,7 +223,7 @@ void TcpServer::answer(Connection& connection, std::span<const std::uint8_t> fra
 }
 
 std::uint8_t TcpServer::write(std::span<const std::uint8_t> frame) {
-  const std::optional<WrittenRange> range = written_range(frame);
+  const std::optional<RequestRange> range = written_range(frame);
   if (!range) return 0;
   std::array<std::uint16_t, max_bits_written> before{};
   for (std::uint16_t i = 0; i < range->count; ++i)
@@ -263,6 +263,7 @@ ServerCounters TcpServer::counters() const noexcept {
   counters.requests = counters_.requests.load(relaxed);
   counters.replies = counters_.replies.load(relaxed);
   counters.by_code = counters_.exceptions.counts();
+  counters.first_refused = counters_.exceptions.first_requests();
   counters.exceptions = std::accumulate(counters.by_code.begin(), counters.by_code.end(), std::uint64_t{0});
   counters.malformed = counters_.malformed.load(relaxed);
   counters.accepted = counters_.accepted.load(relaxed);

@@ -28,7 +28,7 @@
 #include <string>
 #include <vector>
 
-#include "io/modbus/exception_counts.hpp"
+#include "io/modbus/exception_tally.hpp"
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/request_check.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
@@ -49,8 +49,9 @@ struct ServerCounters {
   std::uint64_t replies = 0;     ///< sent, including exceptions
   std::uint64_t exceptions = 0;  ///< requests answered with an exception
   ExceptionCounts by_code{};     ///< the exceptions by code
-  std::uint64_t malformed = 0;   ///< connections closed because of bytes that are not Modbus TCP
-  std::uint64_t accepted = 0;    ///< connections
+  FirstRefusedRequests first_refused{};
+  std::uint64_t malformed = 0;  ///< connections closed because of bytes that are not Modbus TCP
+  std::uint64_t accepted = 0;   ///< connections
   /// Connections beyond max_connections, or for which the system had no descriptor.
   std::uint64_t refused = 0;
   std::uint64_t replaced = 0;             ///< idle connections closed in favour of a new one
@@ -63,7 +64,7 @@ class TcpServer {
   /// Called on the thread of serve().
   struct Hooks {
     std::function<void()> before_request;  ///< before a valid request is answered: updates the bank
-    std::function<void(const WrittenRange&)>
+    std::function<void(const RequestRange&)>
         after_write;  ///< after a client's values are in the bank, before the reply is sent
     std::function<void(const RegisterBank::OutOfRange&)>
         on_refused_write;  ///< after a client's value was outside its range; the bank is unchanged

@@ -13,6 +13,7 @@
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
+#include "runtime/config/units.hpp"
 #include "runtime/report/report_files.hpp"
 #include "runtime/report/report_json.hpp"
 #include "runtime/report/report_text.hpp"
@@ -89,6 +90,17 @@ std::filesystem::path default_directory(const std::string& scenario) {
   return directory;
 }
 
+/// "crossing runs for 100 s, in virtual time; its folder is out/crossing"
+std::string start_line(const config::Scenario& scenario, const std::filesystem::path& directory) {
+  const std::string length = scenario.duration_ns > 0 ? "for " + config::format_duration(scenario.duration_ns)
+                                                      : "until it is stopped";
+  return scenario.name + " runs " + length + ", in " +
+         (scenario.clock == config::ClockKind::virtual_time ? "virtual" : "real") + " time; its folder is " +
+         directory.string();
+}
+
+constexpr std::size_t columns_of_log = 200;
+
 std::size_t terminal_columns() {
   winsize size{};
   return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
@@ -100,7 +112,7 @@ bool write_files(run::SessionResult& result, const std::filesystem::path& direct
   report::RunRecord& record = result.record;
   try {
     report::write_report(record, directory);
-    report::write_trace(result.trace, directory);
+    if (result.trace) report::write_trace(*result.trace, directory);
     return true;
   } catch (const report::ReportError& error) {
     std::fprintf(stderr, "hil run: %s\n", error.what());
@@ -215,6 +227,13 @@ int run(const Arguments& arguments, bool seed_given) {
     options.every_second = [](const report::LiveStatus& status) {
       std::printf("\r\033[K%s", report::live_line(status, terminal_columns() - 1).c_str());
       std::fflush(stdout);
+    };
+  } else {
+    if (!options.verbose)  // the log begins with it
+      std::fprintf(stderr, "hil run: %s\n", start_line(*loaded->scenario, options.directory).c_str());
+    options.every_second = [seconds = 0](const report::LiveStatus& status) mutable {
+      if (++seconds % 60 == 0)
+        std::fprintf(stderr, "hil run: %s\n", report::live_line(status, columns_of_log).c_str());
     };
   }
   catch_signals();

@@ -68,6 +68,15 @@ void Diagnostics::warn(Place place, std::string message) {
   if (warnings_.size() < capacity) warnings_.push_back({std::move(place), std::move(message)});
 }
 
+std::uint64_t Diagnostics::add_delay(const Place& place, std::uint64_t steps) {
+  const auto is_there = [&](const auto& delay) { return delay.first == place; };
+  if (std::ranges::none_of(delays_, is_there)) {
+    delays_.emplace_back(place, steps);
+    delay_steps_ += steps;
+  }
+  return delay_steps_;
+}
+
 std::string Diagnostics::to_text() const {
   struct Line {
     const Mistake* mistake;

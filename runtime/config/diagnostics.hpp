@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace hil::config {
@@ -45,6 +46,9 @@ class Diagnostics {
   std::size_t warning_count() const noexcept { return warning_count_; }
   /// In the order they were added.
   const std::vector<Mistake>& warnings() const noexcept { return warnings_; }
+  /// For the limit of all delays together: notes that the expression at `place` delays a value by `steps`.
+  /// Returns the sum over all places; an expression that is compiled again counts once.
+  std::uint64_t add_delay(const Place& place, std::uint64_t steps);
   /// One mistake per line as "file:line:column: message", one warning as "file:line:column: warning:
   /// message", in file order; files in the order of their first mistake, then of their first warning.
   std::string to_text() const;
@@ -52,6 +56,8 @@ class Diagnostics {
  private:
   std::vector<Mistake> mistakes_;
   std::vector<Mistake> warnings_;
+  std::vector<std::pair<Place, std::uint64_t>> delays_;
+  std::uint64_t delay_steps_ = 0;
   std::size_t count_ = 0;
   std::size_t warning_count_ = 0;
 };

@@ -92,6 +92,25 @@ class ExpressionParser {
     return text_.substr(at_, end - at_);
   }
 
+  /// The words before and after the cursor, with the blanks between them; empty unless there is one on each
+  /// side.
+  std::string_view words_around() const {
+    const auto in_word = [&](std::size_t at) {
+      return is_letter(text_[at]) || is_digit(text_[at]) || text_[at] == '.';
+    };
+    std::size_t begin = at_;
+    while (begin > 0 && is_blank(text_[begin - 1]))
+      --begin;
+    if (begin == at_) return {};
+    while (begin > 0 && in_word(begin - 1))
+      --begin;
+    std::size_t end = at_;
+    for (std::size_t at = at_; at < text_.size() && (in_word(at) || is_blank(text_[at])); ++at)
+      end = is_blank(text_[at]) ? end : at + 1;
+    if (!is_letter(text_[begin]) || end == at_ || !is_letter(text_[at_])) return {};
+    return text_.substr(begin, end - begin);
+  }
+
   std::string unexpected(const std::string& wanted) const {
     const std::string_view next = peek();
     const std::string_view pair = text_.substr(std::min(at_, text_.size()), 2);
@@ -103,6 +122,9 @@ class ExpressionParser {
     if (next == "!" && pair != "!=") hint = "; write not";
     if (next == "=" && pair != "==") hint = "; write ==";
     if (next == "?") hint = "; write if ... then ... else ...";
+    const bool is_part_of_if = next == "then" || next == "else";
+    if (const std::string_view name = words_around(); !name.empty() && !is_part_of_if)
+      hint = "; write a value name of several words in quotes, as \"'" + std::string(name) + "'\"";
     return "expected " + wanted + ", found " + in_quotes(next) + hint;
   }
 

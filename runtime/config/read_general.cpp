@@ -42,6 +42,7 @@ void read_general(const Value& root, Scenario& scenario, ReaderContext& reading)
     reading.clock = scenario.clock;
   }
   if (root.has("seed")) scenario.seed = static_cast<std::uint64_t>(root["seed"].integer());
+  if (root.has("trace")) scenario.writes_trace = root["trace"].boolean();
   if (root.has("realtime")) read_realtime(root["realtime"], scenario.realtime);
   if (!reading.base) return;
   scenario.base_rate_hz = reading.base->hz;

@@ -281,6 +281,7 @@ struct Scenario {
   std::uint64_t duration_ticks = 0;
   ClockKind clock = ClockKind::realtime;
   std::uint64_t seed = 0;
+  bool writes_trace = true;
   Realtime realtime;
   World world;
   std::vector<VariableSection> variables;

@@ -361,6 +361,8 @@ Schema scenario_schema(const ScenarioTypes& types) {
                           "as they complete; two runs with one seed have the same results."),
       Field::with_default("seed", Schema::integer(0, std::numeric_limits<std::int64_t>::max()), "1",
                           "The seed of all random numbers of the run."),
+      Field::with_default("trace", Schema::boolean(), "true",
+                          "Whether the run writes trace.json, the ticks and steps of its last 10 s."),
       Field::with_default("realtime", realtime_schema(buses), "{}", "The scheduling of the run's threads."),
       Field::optional("include", Schema::list(Schema::file()),
                       "Files with parts of the scenario. Entries of their lists come first; where a file "

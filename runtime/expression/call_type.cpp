@@ -18,6 +18,8 @@ using units::Unit;
 
 /// The largest delay in steps.
 constexpr double max_delay_steps = 1e6;
+/// The most steps of all delays of a scenario together; a step takes 8 bytes.
+constexpr std::uint64_t max_all_delay_steps = 10'000'000;
 
 class CallTyping {
  public:
@@ -168,7 +170,11 @@ class CallTyping {
                                config::format_number(period_s(), 6) + " s; use a whole number of steps");
       return false;
     }
-    return true;
+    const std::uint64_t all = operands_.add_delay(part, static_cast<std::uint64_t>(std::round(steps)));
+    if (all <= max_all_delay_steps) return true;
+    operands_.fail(part, "up to here all delays together have " + std::to_string(all) + " steps; " +
+                             std::to_string(max_all_delay_steps) + " are possible");
+    return false;
   }
 
   /// A change of `common` per second; a bare number takes the unit of `common` per second.

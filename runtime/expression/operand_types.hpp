@@ -86,6 +86,10 @@ class OperandTypes {
 
   /// Adds a mistake, and returns the type of an operand with one.
   Type fail(std::size_t node, const std::string& message);
+  /// The steps of all delays of the scenario, with those of the delay at the node.
+  std::uint64_t add_delay(std::size_t node, std::uint64_t steps) {
+    return diagnostics_.add_delay(nodes_[node].word.place, steps);
+  }
   /// The sign of the node, or the name of its function.
   std::string name_of(std::size_t node) const;
 

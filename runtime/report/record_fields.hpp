@@ -122,6 +122,13 @@ void each_field(T& event, Visit&& visit) {
   visit("text", event.text);
 }
 
+template <Is<MissingTicks> T, class Visit>
+void each_field(T& ticks, Visit&& visit) {
+  visit("time_ns", ticks.time_ns);
+  visit("text", ticks.text);
+  visit("fault", ticks.fault);
+}
+
 template <Is<DatabaseLog> T, class Visit>
 void each_field(T& log, Visit&& visit) {
   visit("durability", log.durability);
@@ -215,6 +222,7 @@ void each_field(T& process, Visit&& visit) {
   visit("command", process.command);
   visit("exit", process.exit);
   visit("ended_early_at_ns", process.ended_early_at_ns);
+  visit("last_lines", process.last_lines);
 }
 
 template <Is<NotEvaluated> T, class Visit>

@@ -62,6 +62,15 @@ void add_failures(std::string& out, const RunRecord& record) {
     out += "  " + to_ascii(counted(record.losses_not_listed, "more loss", "more losses")) + '\n';
 }
 
+void add_last_lines(std::string& out, const RunRecord& record) {
+  for (const Process& process : record.processes) {
+    if (process.last_lines.empty()) continue;
+    out += "  last output of " + one_line(process.name) + ":\n";
+    for (const std::string& line : process.last_lines)
+      out += "    | " + one_line(line) + '\n';
+  }
+}
+
 std::string causes_text(const Task& task) {
   std::string causes;
   std::uint64_t explained = 0;
@@ -117,6 +126,7 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   std::string out = one_line(headline(record.verdict)) + ": " + one_line(reason_sentence(record)) + '\n';
   if (!record.expectations.empty()) out += "expectations: " + to_ascii(held_sentence(record)) + '\n';
   add_failures(out, record);
+  add_last_lines(out, record);
   add_expectations(out, record);
   for (const std::string& sentence : sentences_of_unchecked_injections(record))
     if (sentence != record.reason) out += "  not checked: " + to_ascii(one_line(sentence)) + '\n';

@@ -233,6 +233,7 @@ struct Process {
   std::string command;
   std::string exit;  ///< in words: "exit code 0", "signal 11 (SIGSEGV)", "running"
   std::optional<std::int64_t> ended_early_at_ns;  ///< set only when it ended before the run
+  std::vector<std::string> last_lines{};          ///< of its output, when it ended before the run by itself
 };
 
 /// One time that a stimulus or a fault was active; the end of the run ends the last one.
@@ -240,6 +241,13 @@ struct ActiveSpan {
   std::int64_t begin_ns = 0;
   std::int64_t end_ns = 0;
   bool operator==(const ActiveSpan&) const = default;
+};
+
+/// A hang of the base thread, or ticks that were skipped.
+struct MissingTicks {
+  std::int64_t time_ns = 0;  ///< run time of the first missing tick
+  std::string text{};
+  std::string fault{};  ///< of the scenario, which made a task take longer then; empty: none, and for a hang
 };
 
 /// A stimulus or a fault, and what became of it.
@@ -392,7 +400,7 @@ struct RunRecord {
   Gpu gpu;
   std::vector<Task> tasks;
   std::vector<BaseStage> base_stages;
-  std::vector<Event> watchdog;            ///< a hang, and the first times that ticks were skipped
+  std::vector<MissingTicks> watchdog;     ///< a hang, and the first times that ticks were skipped
   std::uint64_t watchdog_not_listed = 0;  ///< further times that ticks were skipped
   Transactions transactions;
   Scheduler scheduler;

@@ -5,7 +5,11 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <fstream>
+
+#include "runtime/report/text_safety.hpp"
 
 namespace hil::run {
 namespace {
@@ -17,6 +21,25 @@ std::string joined(const std::vector<std::string>& words) {
   for (const std::string& word : words)
     text += (text.empty() ? "" : " ") + word;
   return text;
+}
+
+/// Up to 5 lines, and of each up to 200 bytes; fewer when they are in more than the last 4 KiB of the file.
+std::vector<std::string> last_lines(const std::filesystem::path& file) {
+  constexpr std::size_t max_lines = 5, max_line_bytes = 200;
+  constexpr std::streamoff max_bytes = 4096;
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  if (!in) return {};
+  const std::streamoff size = in.tellg(), begin = std::max<std::streamoff>(0, size - max_bytes);
+  in.seekg(begin);
+  std::vector<std::string> lines;
+  std::string line;
+  if (begin > 0) std::getline(in, line);  // the rest of a line
+  while (std::getline(in, line)) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    lines.push_back(report::one_line(line.substr(0, max_line_bytes)));
+  }
+  if (lines.size() > max_lines) lines.erase(lines.begin(), lines.end() - max_lines);
+  return lines;
 }
 
 }  // namespace
@@ -32,6 +55,7 @@ ProcessWatch::ProcessWatch(const std::vector<Program>& programs, RunTimeNow now_
                                  .safe_on_exit = program.safe_on_exit,
                                  .may_be_lost = program.may_be_lost,
                                  .output_fault = {}},
+                        .output_file = program.child.output_file,
                         .fault = std::make_unique<std::atomic<const std::string*>>(nullptr)});
   }
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -149,7 +173,9 @@ std::vector<ProcessExit> ProcessWatch::stop() {
       take_fault(watched);
     }
     if (watched.child != nullptr) watched.exit.output_fault = watched.child->output_fault();
-    watched.child.reset();
+    watched.child.reset();  // its output is complete now
+    if (watched.exit.ended_early && watched.exit.fault.empty() && watched.exit.last_lines.empty())
+      watched.exit.last_lines = last_lines(watched.output_file);
     exits.push_back(watched.exit);
   }
   return exits;
@@ -158,7 +184,7 @@ std::vector<ProcessExit> ProcessWatch::stop() {
 std::string ProcessWatch::first_ended() {
   check_children();
   for (const Watched& watched : watched_) {
-    if (watched.exit.ended_early) return watched.exit.name + " " + watched.exit.exit;
+    if (watched.exit.ended_early) return watched.exit.name;
   }
   return {};
 }

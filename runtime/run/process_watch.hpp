@@ -8,6 +8,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -29,7 +30,9 @@ struct ProcessExit {
   bool safe_on_exit = true;      ///< its early end ends the run
   bool may_be_lost = false;      ///< its early end does not make the run fail
   std::string fault{};           ///< the fault of the scenario that killed it; empty: none
-  std::string output_fault{};    ///< why its output file is incomplete; empty: it is complete
+  /// Of one that ended early, other than by a fault: the last lines of its output, without control characters.
+  std::vector<std::string> last_lines{};
+  std::string output_fault{};  ///< why its output file is incomplete; empty: it is complete
 };
 
 class ProcessWatch {
@@ -86,7 +89,7 @@ class ProcessWatch {
   void end_watch_after_exit(std::chrono::milliseconds timeout);
   /// Ends the watch, then the processes. Returns how each ended, in their order.
   std::vector<ProcessExit> stop();
-  /// The first process that has ended, in words; empty: all run.
+  /// The name of the first process that has ended; empty: all run.
   std::string first_ended();
 
  private:
@@ -96,6 +99,7 @@ class ProcessWatch {
   struct Watched {
     std::unique_ptr<io::process::Child> child;
     ProcessExit exit;
+    std::filesystem::path output_file;
     std::int64_t killed_at_ns = 0;  ///< by the fault; written before it
     /// The fault that killed it.
     std::unique_ptr<std::atomic<const std::string*>> fault{};

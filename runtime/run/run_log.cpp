@@ -4,7 +4,9 @@
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <system_error>
 
 #include "io/device.hpp"
 
@@ -20,6 +22,11 @@ RunLog::RunLog(const std::filesystem::path& file, bool to_console, bool replace)
   if (to_console) logger_->sinks().push_back(std::make_shared<spdlog::sinks::stderr_sink_mt>());
   logger_->set_pattern("%Y-%m-%d %H:%M:%S.%e %l: %v");
   logger_->flush_on(spdlog::level::info);
+  logger_->set_error_handler([this](const std::string& /*text*/) {  // it is called right after the failure
+    const int error = errno;
+    const std::scoped_lock lock(mutex_);
+    if (fault_.empty()) fault_ = "run.log could not be written: " + std::generic_category().message(error);
+  });
 }
 
 void RunLog::info(const std::string& sentence) {
@@ -33,6 +40,11 @@ void RunLog::progress(const std::string& sentence) {
 
 void RunLog::warn(const std::string& sentence) {
   logger_->warn(sentence);
+}
+
+std::string RunLog::fault() const {
+  const std::scoped_lock lock(mutex_);
+  return fault_;
 }
 
 }  // namespace hil::run

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <string>
 
 namespace spdlog {
@@ -24,10 +25,14 @@ class RunLog {
   void progress(const std::string& sentence);
   /// For a fault that does not end the run by itself.
   void warn(const std::string& sentence);
+  /// Why run.log lacks lines: the first failure to write one. Empty: it lacks none.
+  std::string fault() const;
 
  private:
   std::shared_ptr<spdlog::logger> logger_;
   bool to_console_;
+  mutable std::mutex mutex_;
+  std::string fault_;  ///< guarded by mutex_
 };
 
 }  // namespace hil::run

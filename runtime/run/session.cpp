@@ -112,7 +112,7 @@ class LiveSession final : public executive::TickHooks {
   void start_processes();
   void wait_for_programs();
   void start_remaining_devices();
-  [[noreturn]] void refuse_ended_process(const std::string& process, const std::string& consequence) const;
+  [[noreturn]] void refuse_ended_process(const std::string& name, const std::string& consequence) const;
   executive::ExecutiveOptions executive_options();
   void add_tasks(executive::Executive& executive);
   executive::RunResult run_watched(executive::Executive& executive);
@@ -121,6 +121,7 @@ class LiveSession final : public executive::TickHooks {
   void close_devices() noexcept;
   void close_logs();
   void fill_record(const executive::RunResult& result, report::RunRecord& record);
+  void name_faults_of_skips(const executive::RunResult& result, report::RunRecord& record) const;
   void note_ended_processes(report::RunRecord& record) const;
   void add_events(report::RunRecord& record) const;
   void add_failures(std::int64_t end_ns, report::RunRecord& record) const;
@@ -187,9 +188,17 @@ void LiveSession::start_processes() {
     context_.log.info("started " + started);
 }
 
-void LiveSession::refuse_ended_process(const std::string& process, const std::string& consequence) const {
-  throw io::DeviceError("process " + process + " before the run began; its output is in " +
-                        context_.options.directory.string() + consequence);
+/// `consequence`: what followed from its end; empty: nothing yet.
+void LiveSession::refuse_ended_process(const std::string& name, const std::string& consequence) const {
+  const std::vector<ProcessExit> exits = processes_->stop();
+  const ProcessExit& exit = *std::ranges::find(exits, name, &ProcessExit::name);
+  std::string sentence = "process " + name + " " + exit.exit + " before the run began; its output is in " +
+                         context_.options.directory.string();
+  if (!consequence.empty()) sentence += ". After that: " + consequence;
+  if (!exit.last_lines.empty()) sentence += ". Its last lines:";
+  for (const std::string& line : exit.last_lines)
+    sentence += "\n  | " + line;
+  throw io::DeviceError(sentence);
 }
 
 void LiveSession::wait_for_programs() {
@@ -197,7 +206,7 @@ void LiveSession::wait_for_programs() {
   for (;;) {
     if (buses_.all_programs_connected(*processes_, (std::chrono::steady_clock::now() - began).count()))
       return;
-    if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, "");
+    if (const std::string ended = processes_->first_ended(); !ended.empty()) refuse_ended_process(ended, {});
     if (context_.stop_requested.load())
       throw StoppedError("the run was stopped while its programs were connecting");
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -212,7 +221,7 @@ void LiveSession::start_remaining_devices() {
     if (context_.stop_requested.load()) throw StoppedError(error.what());
     const std::string ended = processes_->first_ended();
     if (ended.empty()) throw;
-    refuse_ended_process(ended, std::string(". After that: ") + error.what());
+    refuse_ended_process(ended, error.what());
   }
 }
 
@@ -222,6 +231,7 @@ executive::ExecutiveOptions LiveSession::executive_options() {
   options.duration_ticks = scenario_.duration_ticks;
   options.clock = &context_.clock();
   options.hooks = this;
+  if (!scenario_.writes_trace) options.accounting.trace_ns = 0;
   options.realtime = {.scheduler = scenario_.realtime.scheduler == config::Scheduler::fifo
                                        ? executive::Scheduler::fifo
                                        : executive::Scheduler::other,
@@ -294,7 +304,7 @@ SessionResult LiveSession::run() {
     context_.log.warn(report::to_ascii(sentence));
   for (const std::string& sentence : record.realtime.degraded)
     context_.log.warn("degraded: " + sentence);
-  session.trace = trace_of(result, record.events);
+  if (scenario_.writes_trace) session.trace = trace_of(result, record.events);
   return session;
 }
 
@@ -359,6 +369,7 @@ void LiveSession::close_logs() {
   const auto add = [this](const std::string& fault) {
     if (!fault.empty()) write_faults_.push_back(fault);
   };
+  add(context_.log.fault());
   add(signal_log_->close());
   if (const std::uint64_t rows = signal_log_->lost_rows(); rows > 0)
     add("signals.csv lacks " + std::to_string(rows) + " rows: the disk was too slow");
@@ -390,7 +401,8 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   buses_.fill(result.run_time_ns, record);
   for (const ProcessExit& exit : exits_) {
     record.processes.push_back({exit.name, exit.command, exit.exit,
-                                exit.ended_early ? std::optional(exit.ended_at_ns) : std::nullopt});
+                                exit.ended_early ? std::optional(exit.ended_at_ns) : std::nullopt,
+                                exit.last_lines});
   }
   judges_->fill({.end_ns = result.run_time_ns,
                  .ticks = std::max(scenario_.duration_ticks, record.ticks + record.skipped_ticks),
@@ -398,6 +410,7 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
                 record);
   wiring_.stimuli.fill(result.run_time_ns, record);
   wiring_.faults.fill(result.run_time_ns, record);
+  name_faults_of_skips(result, record);
   note_ended_processes(record);
   plots_->fill(wiring_.signals, result.run_time_ns, record);
   add_events(record);
@@ -408,6 +421,24 @@ void LiveSession::fill_record(const executive::RunResult& result, report::RunRec
   }
   add_failures(result.run_time_ns, record);
   record.input_failures = buses_.input_failures();
+}
+
+/// Ticks that a fault of the scenario makes the run skip are what its author asked for.
+void LiveSession::name_faults_of_skips(const executive::RunResult& result, report::RunRecord& record) const {
+  for (report::MissingTicks& ticks : std::span(record.watchdog).subspan(result.hang ? 1 : 0)) {
+    for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
+      const config::FaultSection& section = scenario_.faults[i];
+      if (section.kind != config::FaultSection::Kind::takes_longer) continue;
+      const bool was_active =
+          std::ranges::any_of(record.faults[i].spans, [&](const report::ActiveSpan& span) {
+            return span.begin_ns <= ticks.time_ns && ticks.time_ns <= span.end_ns + section.duration_ns;
+          });
+      if (!was_active) continue;
+      ticks.fault = section.name.text;
+      ticks.text +=
+          "; fault " + section.name.text + ": task " + section.subject.text + " " + section.effect();
+    }
+  }
 }
 
 /// A fault of a process that had ended by itself took no effect.

@@ -54,7 +54,7 @@ struct SessionOptions {
 
 struct SessionResult {
   report::RunRecord record;
-  report::TraceRecord trace;
+  std::optional<report::TraceRecord> trace;  ///< empty: the scenario wants none
 };
 
 /// The record of a run that did not begin, or without any result: no expectation was checked.

@@ -41,7 +41,7 @@ PlcProgram::PlcProgram(const Timing& timing, PlcClock clock, modbus::ServerLimit
       bank_(map_, writable_by_clients(map_)),
       logic_(timing),
       server_(bank_, limits,
-              {nullptr, [this](const modbus::WrittenRange& written) { scan_up_to_bench_time(written); },
+              {nullptr, [this](const modbus::RequestRange& written) { scan_up_to_bench_time(written); },
                nullptr}) {
   write_outputs();
 }
@@ -71,7 +71,7 @@ void PlcProgram::run_until_readable(int stop_fd) {
   server_.close();
 }
 
-void PlcProgram::scan_up_to_bench_time(const modbus::WrittenRange& written) {
+void PlcProgram::scan_up_to_bench_time(const modbus::RequestRange& written) {
   const modbus::RegisterEntry& bench_time = entry_named(map_, "bench_time_ms");
   const bool is_bench_time = written.table == bench_time.table && written.address < bench_time.address + 2U &&
                              bench_time.address < std::uint32_t{written.address} + written.count;

@@ -40,7 +40,7 @@ class PlcProgram {
   using WallClock = std::chrono::steady_clock;
 
   void scan(std::int64_t elapsed_ms);
-  void scan_up_to_bench_time(const modbus::WrittenRange& written);
+  void scan_up_to_bench_time(const modbus::RequestRange& written);
   void write_outputs();
   std::uint16_t word(const modbus::RegisterEntry& entry) const noexcept;
 

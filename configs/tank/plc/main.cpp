@@ -72,7 +72,7 @@ class TankPlc {
         bank_(map_, {true, true, true, false, false}),
         logic_(has_trip),
         server_(bank_, modbus::ServerLimits{},
-                {nullptr, [this](const modbus::WrittenRange& written) { take(written); }, nullptr}) {}
+                {nullptr, [this](const modbus::RequestRange& written) { take(written); }, nullptr}) {}
 
   std::uint16_t listen(const modbus::Endpoint& endpoint) {
     server_.listen(endpoint, "the tank's PLC");
@@ -98,7 +98,7 @@ class TankPlc {
 
  private:
   /// A client has written registers.
-  void take(const modbus::WrittenRange& written) {
+  void take(const modbus::RequestRange& written) {
     const bool is_time = written.table == Table::holding && written.address < bench_time().address + 2U &&
                          bench_time().address < std::uint32_t{written.address} + written.count;
     if (!is_stepped_ || !is_time) return;

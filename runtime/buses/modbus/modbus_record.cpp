@@ -17,10 +17,24 @@ void copy_values(const io::modbus::ValueCounters& counters, UnitRecord& unit) {
   unit.not_a_number_inputs = counters.not_a_number_inputs;
 }
 
-void copy_exceptions(const io::modbus::ExceptionCounts& counts, UnitRecord& unit) {
-  for (std::size_t code = 0; code < counts.size(); ++code) {
-    if (counts[code] > 0) unit.exceptions.push_back({static_cast<int>(code), counts[code]});
+/// `Counters`: those of a client or of a server.
+template <typename Counters>
+void copy_exceptions(const Counters& counters, const io::modbus::RegisterMap& map, UnitRecord& unit) {
+  for (std::size_t code = 0; code < counters.by_code.size(); ++code) {
+    if (counters.by_code[code] == 0) continue;
+    const auto& first = counters.first_refused[code];
+    unit.exceptions.push_back(
+        {static_cast<int>(code), counters.by_code[code], first ? text_of(*first, map) : std::string()});
   }
+}
+
+std::string refusal_text(const ExceptionCount& exception) {
+  const std::size_t code = static_cast<std::size_t>(exception.code);
+  std::string text = "refused with exception " + std::to_string(exception.code) + " (" +
+                     std::string(io::modbus::exception_name(code)) + ")";
+  if (!exception.first_request.empty())
+    text += exception.count > 1 ? ", first " + exception.first_request : ": " + exception.first_request;
+  return text;
 }
 
 std::vector<BusSentence> faults_of(const UnitRecord& unit) {
@@ -30,8 +44,7 @@ std::vector<BusSentence> faults_of(const UnitRecord& unit) {
   std::uint64_t other_errors = unit.errors;
   for (const ExceptionCount& one : unit.exceptions) {
     other_errors -= std::min(other_errors, one.count);
-    add_sentence(sentences, one.count, "request was", "requests were",
-                 "refused with exception " + std::to_string(one.code));
+    add_sentence(sentences, one.count, "request was", "requests were", refusal_text(one));
   }
   if (is_server) {
     add_sentence(sentences, other_errors, "connection was", "connections were",
@@ -76,7 +89,7 @@ UnitRecord record_of(const io::modbus::ClientDevice& device) {
   unit.superseded = counters.superseded_releases;
   unit.stale = counters.stale_inputs;
   copy_values(counters.values, unit);
-  copy_exceptions(counters.by_code, unit);
+  copy_exceptions(counters, device.map(), unit);
   return unit;
 }
 
@@ -94,7 +107,7 @@ UnitRecord record_of(const io::modbus::ServerDevice& device) {
   unit.replaced_connections = counters.replaced;
   unit.dropped_connections = counters.dropped_silent + counters.dropped_not_reading;
   copy_values(device.value_counters(), unit);
-  copy_exceptions(counters.by_code, unit);
+  copy_exceptions(counters, device.map(), unit);
   return unit;
 }
 
@@ -106,8 +119,10 @@ std::vector<contribution::BusColumn> unit_columns() {
 
 contribution::BusRecord to_record(const UnitRecord& unit) {
   std::vector<contribution::BusRow> exceptions;
-  for (const ExceptionCount& one : unit.exceptions)
+  for (const ExceptionCount& one : unit.exceptions) {
     exceptions.push_back({{"code", static_cast<std::uint64_t>(one.code)}, {"count", one.count}});
+    if (!one.first_request.empty()) exceptions.back().emplace_back("first_request", one.first_request);
+  }
   return {.name = unit.name,
           .fields = {{"role", unit.role},
                      {"requests", unit.requests},

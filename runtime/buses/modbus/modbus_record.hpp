@@ -16,6 +16,8 @@ namespace hil::buses::modbus {
 struct ExceptionCount {
   int code = 0;  ///< of the Modbus protocol
   std::uint64_t count = 0;
+  std::string
+      first_request;  ///< the first refused one: "reading level (holding 10)"; empty: it has no address
 };
 
 /// Outputs are the registers that hil writes, inputs those that it reads.

@@ -223,6 +223,14 @@ void processes_section(Markup& out, const RunRecord& record) {
                ended_early ? instant(*process.ended_early_at_ns) : std::string("no")});
   }
   table.end();
+  for (const Process& process : record.processes) {
+    if (process.last_lines.empty()) continue;
+    out.element("p", {{"class", "small soft"}}, "The last output of " + process.name + ":");
+    std::string lines;
+    for (const std::string& line : process.last_lines)
+      lines += line + '\n';
+    out.element("pre", {}, lines);
+  }
   out.close();
 }
 

@@ -226,19 +226,17 @@ void failures_section(Markup& out, const RunRecord& record) {
 
 void events_section(Markup& out, const RunRecord& record) {
   if (record.events.empty() && record.watchdog.empty()) return;
-  std::vector<std::pair<Event, bool>> events;
+  std::vector<std::pair<Event, bool>> events;  // each with whether it is bad
   for (const Event& event : record.events)
     events.emplace_back(event, false);
-  for (const Event& event : record.watchdog)
-    events.emplace_back(event, true);
+  for (const MissingTicks& ticks : record.watchdog)
+    events.emplace_back(Event{ticks.time_ns, ticks.text}, ticks.fault.empty());
   std::ranges::stable_sort(events, {}, [](const auto& entry) { return entry.first.time_ns; });
   out.element("h2", "Events");
   out.open("div", {{"class", "card"}});
   Table table(out, {{"Time", true}, {"Event"}, {"In the run"}});
-  for (const auto& [event, watchdog] : events) {
-    table.open_row(
-        {instant(event.time_ns), {(watchdog ? "Watchdog: " : "") + event.text, watchdog ? "tone bad" : ""}},
-        "bar-cell");
+  for (const auto& [event, is_bad] : events) {
+    table.open_row({instant(event.time_ns), {event.text, is_bad ? "tone bad" : ""}}, "bar-cell");
     draw_instant(out, event.time_ns, record.run_time_ns);
     table.close_row();
   }

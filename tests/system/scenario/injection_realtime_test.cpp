@@ -92,5 +92,32 @@ TEST(InjectionInRealTime, BeginsWithinOneTick) {
     ADD_FAILURE() << "'" << text << "' was never within one tick of " << at_ns << " ns";
 }
 
+TEST(InjectionInRealTime, SkippedTicksNameTheFaultThatTheScenarioWants) {
+  const Folder folder;
+  write_text(folder / "s.yaml",
+             std::string(realtime_scenario) +
+                 "  - {name: slow, task: source, takes_longer: 30 ms, at: 320 ms, for: 20 ms}\n");
+  const Ended ended =
+      run_hil(joined({{"run", folder / "s.yaml", "--out", folder / "out"}, relaxed_timing()}));
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const Json report = read_report(folder / "out");
+  ASSERT_EQ(report["faults"][1]["spans"].size(), 1U) << report["faults"].dump();
+  const std::int64_t begin_ns = report["faults"][1]["spans"][0][0],
+                     end_ns = report["faults"][1]["spans"][0][1];
+  bool is_found = false;
+  for (const Json& ticks : report["watchdog"]) {
+    const std::int64_t time_ns = ticks["time_ns"];
+    const bool is_wanted = time_ns >= begin_ns && time_ns <= end_ns + 30'000'000;
+    EXPECT_EQ(ticks["fault"], is_wanted ? "slow" : "") << ticks.dump();
+    if (!is_wanted) continue;
+    is_found = true;
+    EXPECT_NE(
+        ticks["text"].get<std::string>().find("; fault slow: task source with steps that take 30 ms longer"),
+        std::string::npos)
+        << ticks.dump();
+  }
+  EXPECT_TRUE(is_found);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

@@ -131,11 +131,15 @@ TEST(Losses, ProcessThatEndsEarlyIsLostUnlessPermitted) {
   const SmallScenario scenario(
       std::string("duration: 2 s\n") + relaxed_timing_section +
       "processes:\n"
-      "  tool: {command: [sh, \"-c\", \"sleep 0.5; exit 3\"], safe_on_exit: false}\n");
+      "  tool: {command: [sh, \"-c\", \"sleep 0.5; echo gone away; exit 3\"], safe_on_exit: false}\n");
   const Ended lost = run_hil(scenario.run());
   EXPECT_EQ(lost.code, 4) << lost.output << lost.errors;
   EXPECT_NE(lost.output.find("process tool was lost from "), std::string::npos) << lost.output;
   EXPECT_NE(lost.output.find("exited with code 3"), std::string::npos) << lost.output;
+  EXPECT_NE(lost.output.find("  last output of tool:\n    | gone away\n"), std::string::npos) << lost.output;
+  EXPECT_EQ(read_report(scenario.out())["processes"][0]["last_lines"][0], "gone away");
+  const std::string page = read_text(scenario.out() + "/report.html");
+  EXPECT_NE(page.find("The last output of tool:"), std::string::npos);
   const Ended permitted = run_hil(scenario.run({"--set", "processes.tool.may_be_lost=true"}));
   EXPECT_EQ(permitted.code, 0) << permitted.output << permitted.errors;
   EXPECT_NE(permitted.output.find("lost, as the scenario permits: process tool"), std::string::npos)
@@ -208,11 +212,13 @@ TEST(Losses, ProcessThatEndsAtItsStartIsTheReason) {
   const SmallScenario scenario(
       std::string("duration: 1 s\n") + relaxed_timing_section +
       "modbus: [{unit: plc, device: \"127.0.0.1:auto\", registers: map.yaml, rate: 20 Hz, read: [fault]}]\n"
-      "processes:\n  plc: {command: [sh, \"-c\", \"sleep 0.2; exit 7\", \"{modbus.plc}\"]}\n");
+      "processes:\n  plc: {command: [sh, \"-c\", \"sleep 0.2; echo no such bus; exit 7\", "
+      "\"{modbus.plc}\"]}\n");
   const Ended ended = run_hil(scenario.run());
   EXPECT_EQ(ended.code, 4) << ended.output << ended.errors;
   const auto reason = read_report(scenario.out())["reason"].get<std::string>();
   EXPECT_EQ(reason.find("process plc exited with code 7 before the run began"), 0U) << reason;
+  EXPECT_NE(reason.find(". Its last lines:\n  | no such bus"), std::string::npos) << reason;
 }
 
 }  // namespace

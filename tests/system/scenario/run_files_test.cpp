@@ -101,6 +101,23 @@ TEST_F(RunFiles, RunThatCanNotBeginReplacesTheFilesOfTheEarlierRun) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out/pictures/top-view.svg"));
 }
 
+TEST(RunFolder, HasNoTraceIfTheScenarioWantsNone) {
+  const Folder folder;
+  write_text(folder / "s.yaml", "scenario: short\nbase_rate: 1 kHz\nduration: 50 ms\nclock: virtual\n");
+  const auto run = [&](const std::vector<std::string>& more) {
+    return run_hil(joined({{"run", folder / "s.yaml", "--out", folder / "out"}, more}));
+  };
+  const Ended with = run({});
+  EXPECT_EQ(with.code, 0) << with.errors;
+  EXPECT_EQ(with.errors,
+            "hil run: short runs for 50 ms, in virtual time; its folder is " + (folder / "out") + "\n")
+      << "its output is no terminal";
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/trace.json"));
+  EXPECT_EQ(run({"--set", "trace=false"}).code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/report.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/trace.json"));
+}
+
 /// As on a full disk: the trace is larger than a file may be here, the report is not.
 TEST(RunFolder, TraceThatCanNotBeWrittenFailsTheRun) {
   const Folder folder;

@@ -70,10 +70,10 @@ struct Fault {
 
 TEST(ClientFaults, InvalidRepliesFailOneExchangeAndTheNextConnectionIsValid) {
   const Fault faults[] = {
-      {"silence", stay_silent, "writing holding 0: no complete reply within 30 ms", true},
+      {"silence", stay_silent, "writing out (holding 0): no complete reply within 30 ms", true},
       {"slow bytes", send_byte_by_byte, "no complete reply within 30 ms", true},
       {"connection closed in the reply", close_after_half_a_reply, "closed the connection"},
-      {"too few registers", answer_too_few_registers, "reading holding 10: the reply does not fit"},
+      {"too few registers", answer_too_few_registers, "reading in (holding 10): the reply does not fit"},
       {"noise", replying([](const Bytes&) { return Bytes(300, 0xA5); }), "does not"},
       {"exception of another function", replying([](const Bytes& request) {
          return reply_frame(request, {0x83, 2});
@@ -112,6 +112,17 @@ TEST(ClientFaults, InvalidRepliesFailOneExchangeAndTheNextConnectionIsValid) {
     EXPECT_GE(client.counters().reconnects, 1U);
     EXPECT_EQ(client.fault(), "");
   }
+}
+
+TEST(ClientFaults, NameTheTimeOutThatWasSet) {
+  FakeServer server([](FakeConnection& connection, int) { stay_silent(connection); });
+  RunningClock clock;
+  ClientSettings settings = long_timeouts(server.port());
+  settings.lockstep_limit = milliseconds(40);
+  ClientDevice client(settings, two_words());
+  client.start(clock, Pacing::lockstep);
+  EXPECT_FALSE(exchange_once(client, 1, 0).ok);
+  EXPECT_NE(client.fault().find("no complete reply within 40 ms"), std::string::npos) << client.fault();
 }
 
 /// Three connections reply after the client's time-out. An input shows a value that was read on

@@ -29,8 +29,12 @@ TEST(ClientRefusals, ExceptionIsReportedAndKeepsTheConnection) {
   EXPECT_EQ(client.counters().errors, 3U);
   EXPECT_EQ(client.counters().reconnects, 0U);
   EXPECT_EQ(client.counters().requests, client.counters().replies);
+  const std::optional<RequestRange> first = client.counters().first_refused[2];
+  ASSERT_TRUE(first);
+  EXPECT_EQ(text_of(*first, client.map()), "reading in (holding 10)");
   EXPECT_TRUE(client.connected());
-  EXPECT_NE(client.fault().find("reading holding 10: illegal data address (exception 2)"), std::string::npos)
+  EXPECT_NE(client.fault().find("reading in (holding 10): illegal data address (exception 2)"),
+            std::string::npos)
       << client.fault();
 }
 
@@ -55,7 +59,7 @@ TEST(ClientRefusals, OutputsRefusedForASecondAreASendFault) {
   ASSERT_TRUE(exchange_once(client, 4, 2'000 * ms).ok);
   EXPECT_EQ(client.send_fault(), "");
   ASSERT_TRUE(exchange_once(client, 5, 3'001 * ms).ok);
-  EXPECT_NE(client.send_fault().find("has refused outputs for more than 1000 ms: writing holding 0: "),
+  EXPECT_NE(client.send_fault().find("has refused outputs for more than 1000 ms: writing out (holding 0): "),
             std::string::npos)
       << client.send_fault();
   EXPECT_TRUE(client.connected()) << "it answers";

@@ -38,7 +38,8 @@ void send_all(int fd, const Bytes& bytes) {
 }  // namespace
 
 RawClient::RawClient(std::uint16_t port) {
-  Connection connection = connect_within(resolve({"127.0.0.1", port}), milliseconds(5000));
+  Connection connection =
+      connect_within(resolve({"127.0.0.1", port}), {milliseconds(5000), milliseconds(5000)});
   EXPECT_EQ(connection.fault, "");
   socket_ = std::move(connection.socket);
 }

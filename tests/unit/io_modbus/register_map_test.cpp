@@ -76,6 +76,20 @@ TEST(RegisterMap, ReportsEachMistakeWithItsValues) {
   }
 }
 
+TEST(RegisterMap, NamesTheEntriesThatARequestTouches) {
+  const RegisterMap map{{entry("a", Table::holding, 10, ValueType::u32, true),
+                         entry("b", Table::holding, 12, ValueType::u16, true),
+                         entry("c", Table::input, 11, ValueType::u16, false),
+                         entry("d", Table::holding, 13, ValueType::u16, true),
+                         entry("e", Table::holding, 20, ValueType::u16, true)}};
+  EXPECT_EQ(text_of({true, Table::holding, 11, 1}, map), "writing a (holding 11)");
+  EXPECT_EQ(text_of({false, Table::holding, 11, 3}, map), "reading a, b, d (holding 11..13)");
+  EXPECT_EQ(text_of({false, Table::holding, 0, 100}, map), "reading a, b, d and 1 more (holding 0..99)");
+  EXPECT_EQ(text_of({false, Table::input, 0, 12}, map), "reading c (input 0..11)");
+  EXPECT_EQ(text_of({false, Table::holding, 14, 6}, map), "reading holding 14..19");
+  EXPECT_EQ(text_of({true, Table::holding, 65535, 2}, map), "writing holding 65535..65536");
+}
+
 TEST(RegisterMap, RefusesNan) {
   for (double RegisterEntry::*field : {&RegisterEntry::scale, &RegisterEntry::offset, &RegisterEntry::minimum,
                                        &RegisterEntry::maximum, &RegisterEntry::safe_value}) {

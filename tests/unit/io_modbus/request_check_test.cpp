@@ -30,6 +30,28 @@ RegisterBank small_bank() {
   return {map, writes};
 }
 
+TEST(RequestedRange, IsWrittenRangeOrElseTheOneThatIsRead) {
+  const auto range_of = [](const Bytes& pdu) { return requested_range(frame(1, pdu)); };
+  const RegisterMap none;
+  const auto text = [&](const Bytes& pdu) {
+    const auto range = range_of(pdu);
+    return range ? text_of(*range, none) : std::string("none");
+  };
+  EXPECT_EQ(text({1, 0, 1, 0, 2}), "reading coil 1..2");
+  EXPECT_EQ(text({2, 0, 1, 0, 1}), "reading discrete_input 1");
+  EXPECT_EQ(text({3, 1, 0, 0, 1}), "reading holding 256");
+  EXPECT_EQ(text({4, 0, 9, 0, 1}), "reading input 9");
+  EXPECT_EQ(text({5, 0, 3, 0xFF, 0}), "writing coil 3");
+  EXPECT_EQ(text({6, 0, 4, 0, 9}), "writing holding 4");
+  EXPECT_EQ(text({15, 0, 3, 0, 9, 2, 0, 0}), "writing coil 3..11");
+  EXPECT_EQ(text({16, 0, 7, 0, 1, 2, 0, 0}), "writing holding 7");
+  EXPECT_EQ(text({22, 0, 7, 0, 1, 0, 0}), "writing holding 7");
+  EXPECT_EQ(text({23, 0, 1, 0, 1, 0, 5, 0, 2, 4}), "writing holding 5..6");
+  for (const Bytes& pdu : {Bytes{3}, Bytes{3, 0, 0, 0}, Bytes{23, 0, 0, 0, 1, 0, 1, 0}, Bytes{17},
+                           Bytes{99, 0, 0, 0, 0, 0}, Bytes{0x83, 0, 0, 0, 0}})
+    EXPECT_FALSE(range_of(pdu)) << "function " << int{pdu[0]};
+}
+
 TEST(Framing, PrefixesAreIncomplete) {
   const Bytes whole = frame(0x1234, {3, 0, 10, 0, 4});
   for (std::size_t size = 0; size < whole.size(); ++size) {

@@ -88,6 +88,10 @@ TEST(ServerDevice, RefusesNanAndKeepsTheLastValue) {
   EXPECT_EQ(client.receive_frame(), frame(2, {0x90, 3}));
   EXPECT_EQ(latched(served.device)[1].value, 2.5);
   EXPECT_EQ(served.device.counters().by_code[3], 1U);
+  const std::optional<RequestRange> first = served.device.counters().first_refused[3];
+  ASSERT_TRUE(first);
+  EXPECT_EQ(text_of(*first, served.device.map()),
+            "writing " + served.device.inputs()[1].name + " (holding 2..3)");
 }
 
 TEST(ServerDevice, RefusesWritesToRegistersOfHil) {

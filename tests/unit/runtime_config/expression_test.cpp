@@ -106,7 +106,14 @@ TEST(Expression, MistakesHaveTheirPlace) {
       {"a > 2 m/x", 14, "'m/x' is not a unit; to divide or multiply the number, write blanks"},
       {"(a > 1", 14, "the expression ends where an operation or ')'"},
       {"a > 1)", 13, "found ')'"},
-      {"a b", 10, "expected an operation or the end of the expression, found 'b'"},
+      {"a b", 10,
+       "expected an operation or the end of the expression, found 'b'; write a value name of several words "
+       "in "
+       "quotes, as \"'a b'\""},
+      {"m == KL15 on  2 > 3", 18,
+       "expected an operation or the end of the expression, found 'on'; write a value name of several words "
+       "in quotes, as \"'KL15 on  2'\""},
+      {"(a) b", 12, "expected an operation or the end of the expression, found 'b'"},
       {"a > 010", 12, "leading zero"},
       {"a > 1e400", 12, "too large"},
       {"a..b > 1", 8, "'a..b' is not a signal's name"},
@@ -115,6 +122,7 @@ TEST(Expression, MistakesHaveTheirPlace) {
       {"if a then b", 19, "the expression ends where an operation or 'else'"},
       {"if a else b", 13, "expected an operation or 'then', found 'else'"},
       {"1 + if a then b else c", 12, "'if' inside an operation needs parentheses"},
+      {"a else b", 10, "expected an operation or the end of the expression, found 'else'"},
       {"f(a; b)", 11, "expected an operation or ',' or ')', found ';'"},
       {"f(a,)", 12, "expected a signal or a number, found ')'"},
   };

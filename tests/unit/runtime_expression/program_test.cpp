@@ -406,6 +406,29 @@ TEST(Program, ReadsNamesOfValues) {
   EXPECT_EQ(truth_of("green < state"), 1.0);
 }
 
+TEST(Program, DelaysOfAScenarioAreLimitedTogether) {
+  config::Diagnostics diagnostics;
+  const auto is_refused = [&](std::uint32_t line, const std::string& delay) {
+    const std::size_t before = diagnostics.count();
+    const auto expression =
+        config::Expression::parse(config::Word{"delay(v, " + delay + ") > 1", {"f", line, 2}}, diagnostics);
+    const bool compiled = expression && Program::compile(*expression, test::Names(), {.truth = true},
+                                                         {.period_ns = 100'000'000, .seed = 5}, diagnostics);
+    EXPECT_EQ(compiled, diagnostics.count() == before);
+    return !compiled;
+  };
+  for (std::uint32_t line = 1; line <= 10; ++line) {
+    EXPECT_FALSE(is_refused(line, "100000 s")) << line;  // 10^6 steps
+    EXPECT_FALSE(is_refused(line, "100000 s")) << "the same one again";
+  }
+  EXPECT_FALSE(is_refused(11, "0 s"));
+  EXPECT_TRUE(is_refused(12, "100 ms"));
+  EXPECT_NE(diagnostics.to_text().find(
+                "f:12:11: up to here all delays together have 10000001 steps; 10000000 are possible"),
+            std::string::npos)
+      << diagnostics.to_text();
+}
+
 TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
   const std::pair<const char*, const char*> mistakes[] = {
       {"v > 3 s", "f:1:4: '>' has operands in m/s and s"},

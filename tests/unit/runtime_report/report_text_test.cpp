@@ -78,8 +78,9 @@ TEST(ReportText, ReportsProblemsOfModbusUnits) {
   const std::string text = report_text(test::full_record(), "d");
   const std::string plc = "  modbus.plc: ";
   for (const std::string& line :
-       {plc + "2 requests had no reply in time\n", plc + "1 request was refused with exception 2\n",
-        plc + "2 requests were refused with exception 6\n",
+       {plc + "2 requests had no reply in time\n",
+        plc + "1 request was refused with exception 2 (illegal data address): reading level (holding 10)\n",
+        plc + "2 requests were refused with exception 6 (unit busy), first writing valve (coil 3)\n",
         plc + "the connection was lost and restored once\n",
         plc + "4 output values were beyond the range of the register: its limit was written instead\n",
         plc + "5 input values were beyond the range of the register, and read as it is\n",

@@ -273,7 +273,7 @@ RunRecord full_record() {
   plc.timeouts = 2;
   plc.errors = 3;
   plc.reconnects = 1;
-  plc.exceptions = {{2, 1}, {6, 2}};
+  plc.exceptions = {{2, 1, "reading level (holding 10)"}, {6, 2, "writing valve (coil 3)"}};
   plc.saturated_outputs = 4;
   plc.saturated_inputs = 5;
   plc.not_a_number_outputs = 6;
@@ -286,7 +286,7 @@ RunRecord full_record() {
   panel.requests = 90;
   panel.replies = 89;
   panel.errors = 6;
-  panel.exceptions = {{3, 5}};
+  panel.exceptions = {{3, 5, ""}};
   panel.connections = 70;
   panel.refused_connections = 10;
   panel.replaced_connections = 11;

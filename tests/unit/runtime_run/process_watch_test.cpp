@@ -168,7 +168,34 @@ TEST(ProcessWatch, NamesTheFirstThatEndedBeforeTheWatch) {
   ProcessWatch watch({shell("plc", "sleep 100"), shell("dut", "exit 7")}, [] { return std::int64_t{0}; });
   std::string ended;
   ASSERT_TRUE(eventually([&] { return !(ended = watch.first_ended()).empty(); }));
-  EXPECT_EQ(ended, "dut exited with code 7");
+  EXPECT_EQ(ended, "dut");
+}
+
+TEST(ProcessWatch, KeepsTheLastLinesOfWhatEndedByItself) {
+  const TemporaryFolder folder;
+  const auto program = [&](const std::string& name, const std::string& script) {
+    ProcessWatch::Program writing = shell(name, script);
+    writing.child.output_file = folder.path() / (name + ".out");
+    return writing;
+  };
+  const std::string killed = "killed";
+  ProcessWatch watch(
+      {program("dut", "seq 1 2000; printf 'a\\033[31mb\\n\\n  \\n'; echo no such bus >&2; exit 7"),
+       program("silent", "exit 1"), program("killed", "echo x; sleep 100"),
+       program("plc", "echo y; sleep 100"), program("long", "head -c 10000 /dev/zero | tr '\\0' x; exit 1")},
+      [] { return std::int64_t{0}; });
+  {
+    ExitRecorder recorder;
+    const ProcessWatch::Watching watching = watch.watch(recorder.callback(), {});
+    ASSERT_TRUE(eventually([&] { return recorder.all().size() == 3; }));
+    watch.kill_for_fault(2, killed);
+    ASSERT_TRUE(eventually([&] { return recorder.all().size() == 4; }));
+  }
+  const std::vector<ProcessExit> exits = watch.stop();
+  EXPECT_EQ(exits[0].last_lines,
+            (std::vector<std::string>{"1998", "1999", "2000", "a\uFFFD[31mb", "no such bus"}));
+  for (const std::size_t other : {1U, 2U, 3U, 4U})
+    EXPECT_TRUE(exits[other].last_lines.empty()) << exits[other].name;
 }
 
 TEST(ProcessWatch, ProgramThatCanNotStartStopsTheEarlierOnes) {
