@@ -64,7 +64,7 @@ struct InputValue {
   double value = 0.0;
 };
 
-/// What came at one instant: a frame, or the registers of one request.
+/// A frame, or the registers of one request.
 struct Arrival {
   RunTimeNs time_ns = 0;
   std::size_t count = 0;  ///< of values

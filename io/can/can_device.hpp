@@ -258,8 +258,8 @@ class CanDevice final : public Device {
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
   std::optional<LogPlayback> playback_;
-  std::set<canid_t> played_ids_;     ///< of the frames of the log
-  std::set<canid_t> discontinuous_;  ///< those of whose next frame the counter need not continue
+  std::set<canid_t> played_ids_;         ///< of the frames of the log
+  std::set<canid_t> discontinuous_ids_;  ///< of the log, whose next frame need not continue the counter
   std::atomic<std::uint64_t> interruptions_{0};
   FrameFaults faults_;
   bool injected_bus_off_ = false;

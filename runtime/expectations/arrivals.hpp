@@ -62,7 +62,7 @@ class Arrivals {
   void add(const Source& source) noexcept;
   std::uint64_t lost_by_devices() const noexcept;
 
-  /// Of one call. The next call takes what one call leaves.
+  /// Limits of one collect(); the next one takes the rest.
   static constexpr std::size_t max_arrivals = 8192, max_values = 16 * max_arrivals;
   std::vector<Source> sources_;
   std::vector<signals::SignalId> kept_;

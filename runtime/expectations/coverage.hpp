@@ -2,9 +2,9 @@
 // The share of a run on which an expectation was evaluated: an expectation is held only if it was checked.
 //
 // A signal is unknown until its task has published it, and one of a device (SignalInfo::arrives) also while
-// it is not fresh. A tick is evaluated unless the truth of the expectation depends on an unknown signal. What
-// the end finds open makes its ticks not evaluated, from its begin on. An expectation that did not fail is
-// not checked when
+// it is not fresh. A tick is evaluated unless the truth of the expectation depends on an unknown signal. If a
+// reaction or a request is open at the end, the ticks from its begin on count as not evaluated. An
+// expectation that did not fail is not checked when
 // - none, or too small a share, of its ticks was evaluated,
 // - a tick was not evaluated because of a signal that was never known, whatever the share,
 // - a signal of a device was not fresh for longer than its time-out, on ticks that were not evaluated,

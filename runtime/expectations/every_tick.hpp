@@ -1,9 +1,9 @@
 #pragma once
-// never, always: fails on the first tick on which the condition is known to be true, or false. The margin is
-// the least one of all ticks (margin.hpp).
+// never, always: fails at the first instant at which the condition is known to be true, or false. The margin
+// is the least one of all instants (margin.hpp).
 //
-// eventually: is held when the condition is known to be true on a tick not later than `by`. The margin is the
-// time that was left; where it was never true, the greatest one of the ticks up to `by` (margin.hpp).
+// eventually: is held when the condition is known to be true at an instant not later than `by`. The margin is
+// the time that was left; where it was never true, the greatest one of the instants up to `by` (margin.hpp).
 
 #include <cstdint>
 #include <memory>

@@ -107,10 +107,12 @@ PlotContent plot_content_of(const Fresh& claim, const signals::SignalTable& tabl
 }
 
 config::ExpectationKind fresh_kind() {
-  return {.key = "fresh",
-          .about = "A received signal or message that is fresh on every tick after its first arrival.",
-          .schema = fresh_schema,
-          .read = read_fresh};
+  return {
+      .key = "fresh",
+      .about =
+          "A received signal or message that arrives within its time-out and is then fresh on every tick.",
+      .schema = fresh_schema,
+      .read = read_fresh};
 }
 
 }  // namespace hil::expectations

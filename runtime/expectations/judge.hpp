@@ -1,8 +1,10 @@
 #pragma once
-// What judges an expectation on every tick, without allocation. The result of an expectation is held, failed
-// or not checked (coverage.hpp).
+// A judge evaluates one expectation at each instant, without allocation. An instant is a tick, or a frame
+// before it (judges.hpp). The result of an expectation is held, failed or not checked (coverage.hpp);
+// coverage counts ticks alone.
 //
-// Threads: check and skip from the base thread; results after the run.
+// Threads: check, skip, check_frame and skip_frame from the base thread; results after the run. `time_ns` is
+// run time.
 
 #include <cstdint>
 #include <memory>
@@ -32,8 +34,9 @@ class Judge {
   /// After any other tick, which is not judged: functions with a memory advance.
   virtual void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
                     std::int64_t time_ns) noexcept = 0;
-  /// At a frame of the window that came before the tick: `table` has its values, and of all other signals
-  /// those of the tick before. What is judged by the tick alone needs neither of both functions.
+  /// At a frame of the window: `table` has the values of the frame, and for all other signals those of the
+  /// instant before (the tick before, or an earlier frame). A judge that judges ticks alone overrides neither
+  /// of the two.
   virtual void check_frame(const signals::SignalTable& /*table*/, std::int64_t /*time_ns*/) noexcept {}
   /// At any other frame, which is not judged: functions with a memory advance.
   virtual void skip_frame(const signals::SignalTable& /*table*/, std::int64_t /*time_ns*/) noexcept {}

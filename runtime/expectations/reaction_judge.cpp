@@ -25,7 +25,7 @@ config::Schema reaction_schema(std::span<const config::BusSectionType> /*buses*/
       Field::needed("within", config::duration_schema(config::min_duration_s),
                     "The longest time from 'when' to 'then'."),
       Field::optional("for_at_least", config::duration_schema(config::min_duration_s),
-                      "How long 'then' has to stay true. Left out: one tick suffices."),
+                      "How long 'then' has to stay true. Left out: one instant suffices."),
       Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
                           "The least number of reactions that have to be judged. With fewer, the expectation "
                           "is not checked."),

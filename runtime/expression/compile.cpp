@@ -354,7 +354,8 @@ class Compiler {
                           !units::is_rate(radius->dimension) && (radius == &a || !divides);
       if (is_arc) type.unit = radius->unit;
     }
-    // Of one angle and a share, or of rates and times, it is an angle, and a number beside it may be in deg.
+    // The product of one angle and a share, or of a rate and a time, is an angle, so a number beside it may
+    // be in deg.
     const bool is_angle = dimension->is_one() && std::abs(type.angle.exponent) == 1;
     if ((is_in_si(a) && is_in_si(b)) || (dimension->is_one() && !is_angle)) type.unit = natural_unit(type);
     if (type.unit && type.unit->offset != 0.0) type.unit.reset();
@@ -370,7 +371,7 @@ class Compiler {
            !scaled.dimension.is_one();
   }
 
-  /// Of a product with the power of `b`. False: its exponent is beyond the limit.
+  /// Sets the angle of a product with the given power of `b`. False: its exponent is beyond the limit.
   static bool set_angle(Type& type, const Type& a, const Type& b, int power) {
     const int exponent = a.angle.exponent + power * b.angle.exponent;
     if (std::abs(exponent) > 100) return false;

@@ -50,8 +50,8 @@ struct Function {
   bool may_be_lower_bound = false;  ///< its result, of a past that is partly unknown
   bool follows_writes = false;      ///< has a new result only where an argument has a new value
   double (*value)(const Call& call) noexcept = nullptr;
-  /// Why constant arguments, NaN where they are none, can not be: "its low is above its high". Empty: they
-  /// can. Null: all can.
+  /// Why the constant arguments are not valid, as a clause: "its low is above its high"; empty: they are
+  /// valid. An argument that is no constant is NaN. Null: all are valid.
   std::string_view (*problem)(std::span<const double> constants) = nullptr;
   std::string_view arguments;  ///< for documentation: "x, low, [high]"
   std::string_view about;

@@ -199,7 +199,8 @@ bool OperandTypes::take_difference(std::uint32_t part, const std::string& reader
   return true;
 }
 
-/// Of a number in degrees, or what passes such numbers on: a sign, if, or a function of alike values.
+/// Makes a number in degrees a difference, and the numbers in its parts: the operand of a sign, the branches
+/// of `if`, the arguments of a function.
 void OperandTypes::settle_as_difference(std::uint32_t part) {
   Type& type = types_[part];
   if (type.temperature != Temperature::degrees) return;

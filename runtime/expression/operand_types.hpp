@@ -22,7 +22,8 @@ enum class Temperature : std::uint8_t {
   point,
   difference,
   kelvin,    ///< in K: a point where one is needed, else a difference
-  computed,  ///< in K from other units, or of two values in K: the same, but not beside degrees
+  computed,  ///< a product or a sum in K: a point where one is needed, else a difference; refused beside a
+             ///< number in degC or degF
   degrees,   ///< a number in degC or degF: a difference beside a difference, else a point
 };
 
@@ -79,7 +80,7 @@ class OperandTypes {
   const config::Expression::Node& node(std::size_t index) const { return nodes_[index]; }
   Type& operator[](std::size_t index) { return types_[index]; }
   const Type& operator[](std::size_t index) const { return types_[index]; }
-  /// Of the node's result to the SI.
+  /// Converts the node's result to the SI.
   units::Conversion& conversion(std::size_t index) { return conversions_[index]; }
   /// Whether the node is a number that counts as true where it is not 0.
   bool is_tested(std::uint32_t index) const { return is_tested_.contains(index); }

@@ -16,7 +16,9 @@
 // Unknown. NaN is a value that is not known: of a signal that is not fresh, or of an operation without a
 // result (0 / 0). Numbers that depend on it are unknown. So are comparisons; and, or and not follow Kleene's
 // three-valued logic: false and unknown is false. A count of which a part of the past is unknown is a lower
-// bound: a comparison that it decides is known, and everything else that is computed from it is unknown.
+// bound. `+`, `if` and a conversion of units keep a lower bound. A comparison, or the bound as a condition,
+// is known if it has one result for all values from the bound on. Every other operation on it is unknown, and
+// so is an expression with it as its result.
 //
 // Functions: function.cpp lists them. Some have a state, which each step advances: a program belongs to one
 // place that evaluates it in each step. They go by run time: a step that was left out has the values of the
@@ -40,7 +42,7 @@
 
 namespace hil::expression {
 
-/// What a name stands for.
+/// A name that an expression may use.
 struct Variable {
   std::uint32_t index = 0;  ///< in the values of evaluate
   std::string unit{};       ///< of the value; "" for a plain number
@@ -89,7 +91,7 @@ struct CompileOptions {
 /// When a program is evaluated, and the run times at which the values of its variables were written.
 struct Step {
   double time_s = 0.0;
-  /// By Variable::index; empty: each step writes all of them.
+  /// By Variable::index, as many as `values`, in seconds of run time; empty: each step writes all of them.
   std::optional<std::span<const double>> written_s{};
   bool is_tick = true;  ///< false: a frame between two ticks
 };
@@ -107,19 +109,20 @@ class Program {
   double evaluate(std::span<const double> values, double time_s) noexcept {
     return evaluate(values, Step{.time_s = time_s});
   }
-  /// The same, but functions with a state keep it and return what they returned in the step.
+  /// Evaluates without advancing: functions with a state return their last results.
   double evaluate_between_steps(std::span<const double> values, double time_s) noexcept;
   /// The result in every step, whatever is unknown: time, random numbers, the results of functions with a
   /// memory and of known(), and the variables that are NaN in `values`. NaN: it depends on them.
   double value_in_all_steps(std::span<const double> values) noexcept;
   /// As before the first step.
   void reset() noexcept;
-  /// Run time of the newest written value on which the result of the last step depends.
+  /// Run time (s) of the newest written value on which the result of the last evaluate() depends. Valid only
+  /// if that step had written_s.
   double written_s() const noexcept { return stack_.front().written_s; }
 
-  /// Of the values of evaluate; "" of plain numbers and truths.
+  /// Unit of the results of evaluate(); "" of plain numbers and truths.
   const std::string& unit() const noexcept { return unit_; }
-  /// Of the values in that unit.
+  /// What kind of value the results are in that unit.
   units::Meaning meaning() const noexcept { return meaning_; }
   /// Indices of the variables that it reads, ascending, each once.
   const std::vector<std::uint32_t>& variables() const noexcept { return variables_; }

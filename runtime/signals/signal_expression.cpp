@@ -66,8 +66,8 @@ double SignalExpression::value_in_all_steps(const KnownSignals* known) noexcept 
 }
 
 std::int64_t SignalExpression::written_ns() const noexcept {
-  constexpr double longest_s = 9e9;  // the least and the largest time have more, in nanoseconds
-  return std::llround(std::clamp(program_.written_s(), -longest_s, longest_s) * 1e9);
+  constexpr double max_time_s = 9e9;  // std::int64_t holds 9.2e18 ns
+  return std::llround(std::clamp(program_.written_s(), -max_time_s, max_time_s) * 1e9);
 }
 
 std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table) {

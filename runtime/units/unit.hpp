@@ -76,7 +76,7 @@ struct Unit {
   Angle angle{};
 
   Conversion to_si() const noexcept;
-  /// The same for a difference of two values.
+  /// Converts a difference of two values to the SI.
   Conversion difference_to_si() const noexcept;
   double to_si(double value) const noexcept { return to_si().of(value); }
 };
