@@ -33,10 +33,10 @@ struct Order {
 
 void check_claim(const Count& claim, const ClaimCheck& check);
 void check_claim(const Order& claim, const ClaimCheck& check);
-std::vector<signals::SignalId> sampled_signals(const Count& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Count& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Count& claim, const signals::SignalTable& table);
-std::vector<signals::SignalId> sampled_signals(const Order& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Order& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Order& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Order& claim, const signals::SignalTable& table);
 

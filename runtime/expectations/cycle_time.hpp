@@ -26,7 +26,7 @@ struct CycleTime {
 };
 
 void check_claim(const CycleTime& claim, const ClaimCheck& check);
-std::vector<signals::SignalId> sampled_signals(const CycleTime& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const CycleTime& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const CycleTime& claim, const JudgeContext& context);
 PlotContent plot_content_of(const CycleTime& claim, const signals::SignalTable& table);
 

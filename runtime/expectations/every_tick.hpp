@@ -27,13 +27,13 @@ struct Eventually {
 void check_claim(const Never& claim, const ClaimCheck& check);
 void check_claim(const Always& claim, const ClaimCheck& check);
 void check_claim(const Eventually& claim, const ClaimCheck& check);
-std::vector<signals::SignalId> sampled_signals(const Never& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Never& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Never& claim, const signals::SignalTable& table);
-std::vector<signals::SignalId> sampled_signals(const Always& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Always& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Always& claim, const signals::SignalTable& table);
-std::vector<signals::SignalId> sampled_signals(const Eventually& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Eventually& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Eventually& claim, const signals::SignalTable& table);
 

@@ -37,31 +37,25 @@ struct Reaction {
 
 class ReactionJudge final : public Judge {
  public:
-  /// Keeps the times of the first `max_samples` reactions, a million at most. Further ones are judged, too.
+  /// Keeps the times of the first million reactions. Further ones are judged, too.
   ReactionJudge(const Reaction& claim, const JudgeContext& context);
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
-             std::int64_t time_ns) noexcept override;
-  void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
-            std::int64_t time_ns) noexcept override;
-  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override;
-  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override;
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override;
+  void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override;
   report::Expectation result(const Extent& extent) const override;
   std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
 
  private:
-  struct Tracked {
+  struct OpenReaction {
     std::int64_t begin_ns = 0;
     std::uint64_t evaluated_before = 0;  ///< evaluated ticks before the begin
-    bool was_unknown = false;            ///< `then`, at an instant since the begin
     std::int64_t came_ns = 0;     ///< start of the longest true phase of `then` that began within `within`
     std::int64_t stayed_ns = -1;  ///< length of this phase; -1: there was none
     std::int64_t ended_ns = 0;    ///< the first instant after this phase
   };
-  /// Whether the instant is evaluated: `when` is known, and `then` where a reaction is open.
-  bool judge(const signals::SignalTable& table, signals::Instant instant) noexcept;
-  void advance(const signals::SignalTable& table, signals::Instant instant) noexcept;
-  Tracked& oldest() noexcept { return open_[first_ % open_.size()]; }
+  OpenReaction& oldest() noexcept { return open_[first_ % open_.size()]; }
+  /// The most reactions that may be open, before the limit.
+  static std::uint64_t most_at_once(const Reaction& claim, const JudgeContext& context);
   void begin(std::int64_t time_ns) noexcept;
   /// `then` is true: completes those that it has followed for long enough.
   void complete(std::int64_t time_ns) noexcept;
@@ -78,13 +72,14 @@ class ReactionJudge final : public Judge {
   const std::int64_t within_ns_;
   const std::uint64_t at_least_;
   const std::int64_t hold_ns_;
-  std::vector<Tracked> open_;  ///< a ring, the oldest first
+  std::vector<OpenReaction> open_;  ///< a ring, the oldest first
   std::uint64_t first_ = 0, end_ = 0;
+  std::uint64_t unknown_end_ = 0;  ///< the reactions before it were open while `then` was unknown
   std::uint64_t in_time_ = 0, late_ = 0, too_short_ = 0;
   std::uint64_t unknown_ = 0;                           ///< not judged, since `then` was unknown
   std::uint64_t not_judged_ = 0;                        ///< since there were too many at once
   std::int64_t slowest_ns_ = 0, slowest_begin_ns_ = 0;  ///< of those in time
-  Tracked shortest_;                                    ///< of those that were too short
+  OpenReaction shortest_;                               ///< of those that were too short
   std::int64_t margin_ns_ = std::numeric_limits<std::int64_t>::max(), worst_begin_ns_ = 0;  ///< of all
   std::optional<std::int64_t> late_begin_ns_;  ///< of the oldest late one that `then` has not followed
   std::optional<std::int64_t> then_since_ns_;  ///< `then` is true since
@@ -92,11 +87,11 @@ class ReactionJudge final : public Judge {
   /// Begin of the reaction that `then` completed last, and since when `then` is true; empty when it is false.
   std::optional<std::int64_t> completed_begin_ns_, completed_since_ns_;
   std::optional<std::int64_t> first_failure_ns_;
-  std::vector<std::int64_t> samples_ns_;
+  std::vector<std::int64_t> times_ns_;
 };
 
 void check_claim(const Reaction& claim, const ClaimCheck& check);
-std::vector<signals::SignalId> sampled_signals(const Reaction& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Reaction& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Reaction& claim, const signals::SignalTable& table);
 
