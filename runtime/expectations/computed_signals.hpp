@@ -1,6 +1,6 @@
 #pragma once
-// Signals that are computed from others at each instant: the variables of a run. They are numbered so that each
-// one reads only signals of lower numbers.
+// Signals that are computed from others at each instant: the variables of a run. They are numbered so that
+// each one reads only signals of lower numbers.
 
 #include <cstdint>
 #include <span>

@@ -38,14 +38,14 @@ void Coverage::check(const signals::SignalTable& table, signals::Instant instant
   if (!evaluated) note_not_evaluated(instant.time_ns);
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     SignalCoverage& signal = signals_[i];
-    const bool is_published = table.is_published(signal.signal);
-    if (is_published && !std::isnan(table.value(signal.signal))) {
+    const bool is_known = table.is_known(signal.signal);
+    if (is_known && !std::isnan(table.value(signal.signal))) {
       signal.was_known = true;
     } else if (!evaluated) {
       ++signal.ticks_not_evaluated;
       if (is_listed_) causes_[(intervals_.size() - 1) * signals_.size() + i] = true;
     }
-    if (is_published)
+    if (is_known)
       signal.stale_since_ns.reset();
     else if (signal.arrives)
       note_stale(signal, i, instant.time_ns, evaluated);

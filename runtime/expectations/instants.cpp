@@ -76,7 +76,7 @@ class InstantsJudge final : public Judge {
     judged_in_last_check_ = true;
     const ExpectedValue& expected = expected_[next_++];
     const double value = table.value(signal_);
-    const bool is_known = table.is_published(signal_) && !std::isnan(value);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
     coverage_.check(table, instant, is_known);
     if (!is_known) return;
     const double margin = expected.tolerance - std::abs(value - expected.value);

@@ -77,11 +77,11 @@ ReactionJudge::ReactionJudge(const Reaction& claim, const JudgeContext& context)
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
       hold_ns_(claim.hold_ns),
-      open_(std::min(max_open, most_at_once(claim, context))) {
+      open_(std::min(max_open, max_at_once(claim, context))) {
   times_ns_.reserve(std::min(context.max_instants(), max_kept_times));
 }
 
-std::uint64_t ReactionJudge::most_at_once(const Reaction& claim, const JudgeContext& context) {
+std::uint64_t ReactionJudge::max_at_once(const Reaction& claim, const JudgeContext& context) {
   if (context.judges_frames) return max_open;
   // A condition becomes true at most at each second instant.
   return static_cast<std::uint64_t>((claim.within_ns + claim.hold_ns) / context.options.period_ns) / 2 + 2;

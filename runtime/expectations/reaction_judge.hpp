@@ -54,8 +54,8 @@ class ReactionJudge final : public Judge {
     std::int64_t ended_ns = 0;    ///< the first instant after this phase
   };
   OpenReaction& oldest() noexcept { return open_[first_ % open_.size()]; }
-  /// The most reactions that may be open, before the limit.
-  static std::uint64_t most_at_once(const Reaction& claim, const JudgeContext& context);
+  /// The greatest number of reactions that may be open, before the limit.
+  static std::uint64_t max_at_once(const Reaction& claim, const JudgeContext& context);
   void begin(std::int64_t time_ns) noexcept;
   /// `then` is true: completes those that it has followed for long enough.
   void complete(std::int64_t time_ns) noexcept;

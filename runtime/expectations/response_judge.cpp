@@ -140,7 +140,7 @@ void ResponseJudge::check(const signals::SignalTable& table, signals::Instant in
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
   // A request without a time-out may be rare: its absence does not reduce the coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
-  coverage_.check(table, instant, may_be_rare || table.is_published(requests_.signal));
+  coverage_.check(table, instant, may_be_rare || table.is_known(requests_.signal));
 }
 
 void ResponseJudge::skip(const signals::SignalTable& table, signals::Instant instant) noexcept {

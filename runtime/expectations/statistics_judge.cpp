@@ -63,7 +63,7 @@ class StatisticsJudge final : public Judge {
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     const std::int64_t time_ns = instant.time_ns;
     const double value = table.value(signal_);
-    const bool is_known = table.is_published(signal_) && !std::isnan(value);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
     coverage_.check(table, instant, is_known);
     if (!is_known) return;
     if (count_ == 0) begin(value, time_ns);

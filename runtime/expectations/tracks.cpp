@@ -42,7 +42,7 @@ class TracksJudge final : public Judge {
     advance(time_ns);
     if (time_ns < begin_ns_ || time_ns > end_ns_) return;
     const double value = table.value(signal_);
-    const bool is_known = table.is_published(signal_) && !std::isnan(value);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
     coverage_.check(table, instant, is_known);
     if (!is_known) return;
     if (!first_compared_ns_) first_compared_ns_ = time_ns;
