@@ -64,11 +64,14 @@ struct InputValue {
   double value = 0.0;
 };
 
-/// What came at one instant: a frame, or the registers of one request.
+/// A frame, or the registers of one request.
 struct Arrival {
   RunTimeNs time_ns = 0;
   std::size_t count = 0;  ///< of values
 };
+
+/// Arrivals of a device that may wait for the tick, and that a tick takes at most.
+inline constexpr std::size_t max_kept_arrivals = 8192;
 
 /// When an output is sent: with each release of outputs, or in frames that are due at offset_ns + n *
 /// period_ns, each sent with the first release at or after its due time.

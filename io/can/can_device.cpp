@@ -16,7 +16,6 @@ namespace hil::io::can {
 namespace {
 
 constexpr std::size_t ring_rows = 64;           // ticks whose outputs may be queued for the thread
-constexpr std::size_t kept_arrivals = 8192;     // that may be queued for the tick
 constexpr std::size_t frames_per_pass = 256;    // received before outputs are processed again
 constexpr std::size_t frames_at_end = 100'000;  // received at most while stopping
 constexpr RunTimeNs default_loss_timeout_ns = 1'000'000'000;
@@ -67,7 +66,6 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
       played_ids_.insert(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   }
   releases_ = std::make_unique<TimedRowRing>(ring_rows, outputs_.size());
-  keeps_arrivals_.resize(inputs_.size());
 }
 
 CanDevice::~CanDevice() {
@@ -160,18 +158,13 @@ bool CanDevice::keep_arrivals(std::size_t input) {
   });
   const std::size_t first = group == groups_.end() ? input : group->first;
   const std::size_t count = group == groups_.end() ? 1 : group->count;
-  std::fill_n(keeps_arrivals_.begin() + static_cast<std::ptrdiff_t>(first), count, true);
-  if (arriving_.capacity() < count) {
-    arriving_.reserve(count);
-    arrivals_ = std::make_unique<ArrivalRing>(kept_arrivals, count);
-  }
+  arrivals_.keep(first, count, count);
   return true;
 }
 
 std::optional<Arrival> CanDevice::next_arrival(std::span<InputValue> values) noexcept {
   require(values.size() == inputs_.size(), "a value per input");
-  if (arrivals_ == nullptr) return std::nullopt;
-  std::optional<Arrival> arrival = arrivals_->take(values);
+  std::optional<Arrival> arrival = arrivals_.take(values);
   if (arrival) arrival->time_ns = clock_->to_run_time(arrival->time_ns);
   return arrival;
 }
@@ -329,7 +322,7 @@ void CanDevice::decode(Received& received, const Frame& frame, bool is_altered) 
   received.decoder.decode(frame, [&](std::size_t signal, double value) {
     store_input(received.first_input + signal, value, time_ns);
   });
-  keep_arrival(time_ns);
+  arrivals_.complete(time_ns);
 }
 
 void CanDevice::pass_due_frames() {
@@ -386,13 +379,7 @@ void CanDevice::update_bus_off(const Frame& frame) {
 void CanDevice::store_input(std::size_t input, double value, RunTimeNs time_ns) {
   samples_[input] = {value, time_ns, true};
   samples_changed_ = true;
-  if (keeps_arrivals_[input]) arriving_.push_back({input, value});
-}
-
-void CanDevice::keep_arrival(RunTimeNs time_ns) {
-  if (arriving_.empty()) return;
-  if (!arrivals_->push(arriving_, time_ns)) counts_.lost_arrivals.add();
-  arriving_.clear();
+  arrivals_.add(input, value);
 }
 
 void CanDevice::send_released() {
@@ -465,7 +452,7 @@ void CanDevice::confirm(Sent& sent, RunTimeNs time_ns) {
   if (!sent.counter_input) return;
   const double value = sent.encoder.layout().codec(*sent.encoder.layout().counter()).to_physical(counter);
   store_input(*sent.counter_input, value, time_ns);
-  keep_arrival(time_ns);
+  arrivals_.complete(time_ns);
 }
 
 void CanDevice::note_full_queue(RunTimeNs now_ns) {

@@ -36,7 +36,7 @@
 #include "io/can/send_order.hpp"
 #include "io/device.hpp"
 #include "io/frame_sink.hpp"
-#include "io/handover/arrival_ring.hpp"
+#include "io/handover/kept_arrivals.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/handover/timed_row_ring.hpp"
 
@@ -95,14 +95,14 @@ class CanDevice final : public Device {
   SendCycle send_cycle(std::size_t output) const noexcept override;
   void start(const RunClock& clock, Pacing pacing) override;
   void latch_inputs(std::span<Sample> samples) noexcept override;
-  /// Keeps up to 8192 frames between two ticks; drops and counts newer ones.
+  /// Keeps up to max_kept_arrivals frames between two ticks; drops and counts newer ones.
   bool keep_arrivals(std::size_t input) override;
   std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept override;
   RejectedFrames rejected(std::size_t group) const noexcept override;
   std::uint64_t faulted_frames(std::size_t group) const noexcept override {
     return received_[received_of_group_[group]].counts->faulted.get();
   }
-  std::uint64_t lost_arrivals() const noexcept override { return counts_.lost_arrivals.get(); }
+  std::uint64_t lost_arrivals() const noexcept override { return arrivals_.lost(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
   /// In lock-step the safe values are sent by the next exchange() or by stop().
@@ -169,7 +169,7 @@ class CanDevice final : public Device {
   };
   struct Counts {
     Count rx, tx, played, errors, no_buffer, send_errors, bad_checksum, bad_counter, wrong_kind, unknown_id,
-        saturated, refused_values, dropped_releases, lost_arrivals;
+        saturated, refused_values, dropped_releases;
   };
 
   void add_sent(const SentMessageConfig& config);
@@ -203,8 +203,6 @@ class CanDevice final : public Device {
   }
   void wait_for_work(bool more) noexcept;
   void store_input(std::size_t input, double value, RunTimeNs time_ns);
-  /// Hands over the values stored since the last call, if they are kept.
-  void keep_arrival(RunTimeNs time_ns);
   void send_released();
   void send_due(std::span<const double> values, RunTimeNs tick_ns);
   void send_message(Sent& sent);
@@ -241,10 +239,8 @@ class CanDevice final : public Device {
   std::atomic<bool> started_{false};
   std::unique_ptr<CandumpLogWriter> log_;
   std::unique_ptr<TimedRowRing> releases_;
-  std::vector<bool> keeps_arrivals_;       ///< by input
-  std::unique_ptr<ArrivalRing> arrivals_;  ///< null: none are kept
-  std::vector<InputValue> arriving_;       ///< of the arrival that is being stored
-  std::vector<Sample> samples_;            ///< the device thread's copy
+  KeptArrivals arrivals_;
+  std::vector<Sample> samples_;  ///< the device thread's copy
   bool samples_changed_ = false;
   std::unique_ptr<LatestValue<std::vector<Sample>>> published_;
 
@@ -258,8 +254,8 @@ class CanDevice final : public Device {
   std::optional<RunTimeNs> last_tick_ns_;   ///< lock-step: of the last exchange
 
   std::optional<LogPlayback> playback_;
-  std::set<canid_t> played_ids_;     ///< of the frames of the log
-  std::set<canid_t> discontinuous_;  ///< those of whose next frame the counter need not continue
+  std::set<canid_t> played_ids_;         ///< of the frames of the log
+  std::set<canid_t> discontinuous_ids_;  ///< of the log, whose next frame need not continue the counter
   std::atomic<std::uint64_t> interruptions_{0};
   FrameFaults faults_;
   bool injected_bus_off_ = false;

@@ -23,7 +23,7 @@ CanCounters CanDevice::counters() const noexcept {
   all.refused_values = counts_.refused_values.get();
   all.dropped_releases = counts_.dropped_releases.get();
   all.log_dropped = log_ ? log_->dropped() : 0;
-  all.lost_arrivals = counts_.lost_arrivals.get();
+  all.lost_arrivals = arrivals_.lost();
   all.bus_load = load_.latest();
   all.bus_load_peak = load_.peak();
   all.bus_load_mean = load_.mean();

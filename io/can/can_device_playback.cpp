@@ -20,24 +20,24 @@ void CanDevice::play_due_frames() {
   for (std::size_t count = 0; !is_limited || count < played_per_pass; ++count) {
     const PlayedFrame* const due = playback_->due(now);
     if (due == nullptr) return;
-    if (playback_->is_at_begin()) discontinuous_ = played_ids_;
+    if (playback_->is_at_begin()) discontinuous_ids_ = played_ids_;
     const canid_t identifier = due->raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK);
     const Frame frame{.raw = due->raw,
                       .is_fd = due->is_fd,
                       .direction = Direction::tx,
-                      .is_discontinuous = discontinuous_.contains(identifier)};
+                      .is_discontinuous = discontinuous_ids_.contains(identifier)};
     switch (play(frame, now)) {
       case SendResult::sent:
         if (!playback_->has_begun()) note_event(now, "begins");
-        discontinuous_.erase(identifier);
+        discontinuous_ids_.erase(identifier);
         playback_->sent(now);
         break;
       case SendResult::no_buffer:
         if (playback_->retry(now)) return;
-        discontinuous_.insert(identifier);
+        discontinuous_ids_.insert(identifier);
         break;
       case SendResult::error:
-        discontinuous_.insert(identifier);
+        discontinuous_ids_.insert(identifier);
         playback_->drop(now);
         break;
     }

@@ -33,13 +33,13 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "io/handover/kept_arrivals.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/modbus/client_counters.hpp"
 #include "io/modbus/client_session.hpp"
 #include "io/modbus/cycle_watch.hpp"
 #include "io/modbus/event_list.hpp"
 #include "io/modbus/freshness_watch.hpp"
-#include "io/modbus/kept_arrivals.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/request_plan.hpp"
 #include "io/modbus/tcp_endpoint.hpp"

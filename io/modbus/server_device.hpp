@@ -27,10 +27,10 @@
 #include <vector>
 
 #include "io/device.hpp"
+#include "io/handover/kept_arrivals.hpp"
 #include "io/handover/latest_value.hpp"
 #include "io/modbus/event_list.hpp"
 #include "io/modbus/freshness_watch.hpp"
-#include "io/modbus/kept_arrivals.hpp"
 #include "io/modbus/register_bank.hpp"
 #include "io/modbus/register_map.hpp"
 #include "io/modbus/tcp_endpoint.hpp"

@@ -65,8 +65,8 @@ struct BusSectionType {
   /// A condition that follows the placeholder in a sentence: "of a unit with run_time". Empty: all buses of
   /// the type give the run time.
   std::string run_time_condition{};
-  /// The unit in which values arrive ("frame"): a response is judged per unit. Empty: a response is judged
-  /// once per tick, by the newest value.
+  /// The noun of one arrival ("frame"), for devices that keep arrivals (io::Device::keep_arrivals). Empty:
+  /// the device keeps none, so the newest value of each tick is judged.
   std::string arrival_noun{};
   /// Its record counts the ticks whose outputs were not sent (contribution/bus_record.hpp), which
   /// realtime.max_lost limits.

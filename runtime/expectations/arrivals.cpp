@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "runtime/report/quantities.hpp"
+
 namespace hil::expectations {
 
 Arrivals::Source& Arrivals::source_of(io::Device& device, const signals::Links& links) {
@@ -77,6 +79,11 @@ void Arrivals::add(const Source& source) noexcept {
 
 std::uint64_t Arrivals::lost() const noexcept {
   return lost_by_devices() - lost_before_;
+}
+
+std::string Arrivals::lost_text() const {
+  if (lost() == 0) return "";
+  return report::counted(lost(), "frame was", "frames were") + " lost between the bus and the tick";
 }
 
 std::uint64_t Arrivals::lost_by_devices() const noexcept {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "io/device.hpp"
@@ -46,8 +47,12 @@ class Arrivals {
   void begin() noexcept;
   /// The arrivals since the last call. Valid until the next one.
   std::span<const Arrival> collect() noexcept;
+  /// What the last collect() returned.
+  std::span<const Arrival> collected() const noexcept { return collected_; }
   /// The number of arrivals since begin() that were lost since the tick took them too late.
   std::uint64_t lost() const noexcept;
+  /// "1 frame was lost between the bus and the tick". Empty: none was.
+  std::string lost_text() const;
 
  private:
   struct Source {
@@ -62,8 +67,8 @@ class Arrivals {
   void add(const Source& source) noexcept;
   std::uint64_t lost_by_devices() const noexcept;
 
-  /// Of one call. The next call takes what one call leaves.
-  static constexpr std::size_t max_arrivals = 8192, max_values = 16 * max_arrivals;
+  /// Limits of one collect(); the next one takes the rest.
+  static constexpr std::size_t max_arrivals = io::max_kept_arrivals, max_values = 16 * max_arrivals;
   std::vector<Source> sources_;
   std::vector<signals::SignalId> kept_;
   std::vector<Arrival> collected_;

@@ -5,15 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/expectations/watched_condition.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
 namespace {
-
-std::string instant_text(std::int64_t time_ns) {
-  return report::to_ascii(report::instant(time_ns));
-}
 
 class CountJudge final : public Judge {
  public:
@@ -23,19 +20,15 @@ class CountJudge final : public Judge {
         condition_(claim.condition, context.table, context.options),
         coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage) {}
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
-    coverage_.check(table, time_ns, judge(table, {.time_ns = time_ns}) != Truth::unknown);
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    coverage_.check(table, instant, condition_.truth(table, instant) != Truth::unknown);
+    if (!condition_.became_true()) return;
+    ++count_;
+    last_ns_ = instant.time_ns;
+    if (claim_.max && count_ > *claim_.max && !exceeded_ns_) exceeded_ns_ = instant.time_ns;
   }
-  void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
-    condition_.truth(table, {.time_ns = time_ns});
-  }
-  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    judge(table, {.time_ns = time_ns, .is_tick = false});
-  }
-  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    condition_.truth(table, {.time_ns = time_ns, .is_tick = false});
+  void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    condition_.truth(table, instant);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -63,15 +56,6 @@ class CountJudge final : public Judge {
   }
 
  private:
-  Truth judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
-    const Truth truth = condition_.truth(table, instant);
-    if (!condition_.became_true()) return truth;
-    ++count_;
-    last_ns_ = instant.time_ns;
-    if (claim_.max && count_ > *claim_.max && !exceeded_ns_) exceeded_ns_ = instant.time_ns;
-    return truth;
-  }
-
   /// The distance to the nearer limit.
   double margin() const {
     const auto count = static_cast<double>(count_);
@@ -98,19 +82,21 @@ class OrderJudge final : public Judge {
         coverage_(signals_of(conditions_), context.table, context.arrivals, context.expectation.coverage),
         first_ns_(conditions_.size()) {}
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
-    coverage_.check(table, time_ns, judge(table, {.time_ns = time_ns}));
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    bool is_evaluated = true;  // false: a condition is unknown that has not been true yet
+    for (std::size_t i = 0; i < conditions_.size(); ++i) {
+      const Truth truth = conditions_[i].truth(table, instant);
+      if (first_ns_[i]) continue;
+      if (truth == Truth::unknown) is_evaluated = false;
+      if (truth != Truth::yes) continue;
+      first_ns_[i] = instant.time_ns;
+      if (i > 0 && !first_ns_[i - 1] && !early_) early_ = i;
+    }
+    coverage_.check(table, instant, is_evaluated);
   }
-  void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
-    advance(table, {.time_ns = time_ns});
-  }
-  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    judge(table, {.time_ns = time_ns, .is_tick = false});
-  }
-  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    advance(table, {.time_ns = time_ns, .is_tick = false});
+  void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    for (WatchedCondition& condition : conditions_)
+      condition.truth(table, instant);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -142,23 +128,6 @@ class OrderJudge final : public Judge {
   }
 
  private:
-  /// False: a condition is unknown that has not been true yet.
-  bool judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
-    bool is_known = true;
-    for (std::size_t i = 0; i < conditions_.size(); ++i) {
-      const Truth truth = conditions_[i].truth(table, instant);
-      if (first_ns_[i]) continue;
-      if (truth == Truth::unknown) is_known = false;
-      if (truth != Truth::yes) continue;
-      first_ns_[i] = instant.time_ns;
-      if (i > 0 && !first_ns_[i - 1] && !early_) early_ = i;
-    }
-    return is_known;
-  }
-  void advance(const signals::SignalTable& table, signals::Instant instant) noexcept {
-    for (WatchedCondition& condition : conditions_)
-      condition.truth(table, instant);
-  }
   /// The shortest time from one condition to the next. All have been true.
   void add_margin(report::Expectation& result) const {
     std::optional<std::int64_t> shortest_ns;
@@ -244,7 +213,7 @@ void check_claim(const Order& claim, const ClaimCheck& check) {
     check.condition(condition);
 }
 
-std::vector<signals::SignalId> sampled_signals(const Count& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const Count& claim, const signals::SignalTable& table) {
   return plot_content_of(claim, table).signals;
 }
 std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context) {
@@ -253,7 +222,7 @@ std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context)
 PlotContent plot_content_of(const Count& claim, const signals::SignalTable& table) {
   return plot_of(claim.condition, table);
 }
-std::vector<signals::SignalId> sampled_signals(const Order& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const Order& claim, const signals::SignalTable& table) {
   return plot_content_of(claim, table).signals;
 }
 std::unique_ptr<Judge> judge_of(const Order& claim, const JudgeContext& context) {

@@ -1,12 +1,13 @@
 #pragma once
 // Judges of how often and in which order conditions become true.
 //
-// count  the number of ticks on which the condition becomes true, the first tick included if it is true
-//        there. Fails on the tick on which it exceeds `max`, or at the end of the run with fewer than `min`.
-//        In a window it counts where the condition becomes true in the window.
-// order  each condition is true for the first time on the tick of the one before it or later. Fails on the
-//        first tick on which one is true before its turn, or at the end of the run without the last one. The
-//        margin is the shortest time from one condition to the next; there is none while one was never true.
+// count  the number of instants at which the condition becomes true, the first one included if it is true
+//        there. Fails at the instant at which it exceeds `max`, or at the end of the run with fewer than
+//        `min`. In a window it counts where the condition becomes true in the window.
+// order  each condition is true for the first time at the instant of the one before it or later. Fails at
+//        the first instant at which one is true before its turn, or at the end of the run without the last
+//        one. The margin is the shortest time from one condition to the next; there is none while one was
+//        never true.
 //
 // Threads: as Judge.
 
@@ -32,10 +33,10 @@ struct Order {
 
 void check_claim(const Count& claim, const ClaimCheck& check);
 void check_claim(const Order& claim, const ClaimCheck& check);
-std::vector<signals::SignalId> sampled_signals(const Count& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Count& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Count& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Count& claim, const signals::SignalTable& table);
-std::vector<signals::SignalId> sampled_signals(const Order& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Order& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Order& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Order& claim, const signals::SignalTable& table);
 

@@ -4,14 +4,11 @@
 #include <cmath>
 #include <cstdio>
 
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
 namespace {
-
-std::string seconds(std::int64_t time_ns) {
-  return report::to_ascii(report::instant(time_ns));
-}
 
 /// Rounded down, so that a share below a limit is never printed as the limit.
 std::string percent_text(double share) {
@@ -27,41 +24,42 @@ Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals:
     : arrivals_(nullptr), min_share_(min_share) {
   for (const signals::SignalId signal : signals) {
     const signals::SignalInfo& info = table.info(signal);
-    watched_.push_back(
+    signals_.push_back(
         {.signal = signal, .name = info.name, .arrives = info.arrives, .timeout_ns = info.timeout_ns});
     if (arrivals.keeps(signal)) arrivals_ = &arrivals;
   }
   intervals_.reserve(max_intervals);
-  causes_.resize(max_intervals * watched_.size());
+  causes_.resize(max_intervals * signals_.size());
 }
 
-void Coverage::check(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept {
+void Coverage::check(const signals::SignalTable& table, signals::Instant instant, bool evaluated) noexcept {
+  if (!instant.is_tick) return;
   if (evaluated) ++evaluated_ticks_;
-  if (!evaluated) note_not_evaluated(time_ns);
-  for (std::size_t i = 0; i < watched_.size(); ++i) {
-    Watched& watched = watched_[i];
-    const bool is_published = table.is_published(watched.signal);
-    if (is_published && !std::isnan(table.value(watched.signal))) {
-      watched.was_known = true;
+  if (!evaluated) note_not_evaluated(instant.time_ns);
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    SignalCoverage& signal = signals_[i];
+    const bool is_known = table.is_known(signal.signal);
+    if (is_known && !std::isnan(table.value(signal.signal))) {
+      signal.was_known = true;
     } else if (!evaluated) {
-      ++watched.ticks_not_evaluated;
-      if (is_listed_) causes_[(intervals_.size() - 1) * watched_.size() + i] = true;
+      ++signal.ticks_not_evaluated;
+      if (is_listed_) causes_[(intervals_.size() - 1) * signals_.size() + i] = true;
     }
-    if (is_published)
-      watched.stale_since_ns.reset();
-    else if (watched.arrives)
-      note_stale(watched, i, time_ns, evaluated);
+    if (is_known)
+      signal.stale_since_ns.reset();
+    else if (signal.arrives)
+      note_stale(signal, i, instant.time_ns, evaluated);
   }
   was_evaluated_ = evaluated;
 }
 
-void Coverage::note_stale(Watched& watched, std::size_t index, std::int64_t time_ns,
+void Coverage::note_stale(SignalCoverage& signal, std::size_t index, std::int64_t time_ns,
                           bool evaluated) noexcept {
-  if (!watched.stale_since_ns) watched.stale_since_ns = time_ns;
-  const std::int64_t begin_ns = *watched.stale_since_ns;
-  if (evaluated || watched.timeout_ns == 0 || time_ns - begin_ns <= watched.timeout_ns) return;
+  if (!signal.stale_since_ns) signal.stale_since_ns = time_ns;
+  const std::int64_t begin_ns = *signal.stale_since_ns;
+  if (evaluated || signal.timeout_ns == 0 || time_ns - begin_ns <= signal.timeout_ns) return;
   if (!stale_interval_) stale_interval_ = StaleInterval{index, begin_ns, time_ns};
-  if (stale_interval_->watched == index && stale_interval_->begin_ns == begin_ns)
+  if (stale_interval_->signal == index && stale_interval_->begin_ns == begin_ns)
     stale_interval_->end_ns = time_ns;
 }
 
@@ -77,8 +75,8 @@ std::vector<report::NotEvaluated> Coverage::not_evaluated() const {
   std::vector<report::NotEvaluated> all;
   for (std::size_t k = 0; k < intervals_.size(); ++k) {
     all.push_back({.begin_ns = intervals_[k].begin_ns, .end_ns = intervals_[k].end_ns, .signals = {}});
-    for (std::size_t i = 0; i < watched_.size(); ++i)
-      if (causes_[k * watched_.size() + i]) all.back().signals.push_back(watched_[i].name);
+    for (std::size_t i = 0; i < signals_.size(); ++i)
+      if (causes_[k * signals_.size() + i]) all.back().signals.push_back(signals_[i].name);
   }
   return all;
 }
@@ -95,29 +93,29 @@ std::string Coverage::share_text(std::uint64_t part, std::uint64_t whole, const 
          "), less than its coverage of " + report::shortest(min_share_ * 100.0) + " %";
 }
 
-std::string Coverage::shortfall(std::uint64_t covered_ticks, const std::optional<OpenSince>& open) const {
+std::string Coverage::shortfall(std::uint64_t covered_ticks,
+                                const std::optional<PendingBegin>& oldest_pending) const {
   if (covered_ticks == 0) return "the run had no tick";
   std::string text;
   const auto add = [&](const std::string& reason) { text += (text.empty() ? "" : "; ") + reason; };
   const std::uint64_t evaluated =
-      open ? std::min(open->evaluated_before, evaluated_ticks_) : evaluated_ticks_;
+      oldest_pending ? std::min(oldest_pending->evaluated_before, evaluated_ticks_) : evaluated_ticks_;
   if (!suffices(evaluated, covered_ticks)) {
     add("evaluated on " + share_text(evaluated, covered_ticks, "ticks"));
-    if (open && evaluated != evaluated_ticks_)
-      text += ", since what began at " + seconds(open->time_ns) + " was open at the end";
+    if (oldest_pending && evaluated != evaluated_ticks_)
+      text += ", since what began at " + instant_text(oldest_pending->time_ns) + " was open at the end";
   }
-  for (const Watched& watched : watched_)
-    if (!watched.was_known && watched.ticks_not_evaluated > 0)
-      add(watched.name + " was never known, on " +
-          report::counted(watched.ticks_not_evaluated, "tick that it decides", "ticks that it decides"));
+  for (const SignalCoverage& signal : signals_)
+    if (!signal.was_known && signal.ticks_not_evaluated > 0)
+      add(signal.name + " was never known, on " +
+          report::counted(signal.ticks_not_evaluated, "tick that it decides", "ticks that it decides"));
   if (stale_interval_) {
-    const Watched& watched = watched_[stale_interval_->watched];
-    add(watched.name + " was not fresh from " + seconds(stale_interval_->begin_ns) + " to " +
-        seconds(stale_interval_->end_ns) + ", longer than its time-out of " + seconds(watched.timeout_ns));
+    const SignalCoverage& signal = signals_[stale_interval_->signal];
+    add(signal.name + " was not fresh from " + instant_text(stale_interval_->begin_ns) + " to " +
+        instant_text(stale_interval_->end_ns) + ", longer than its time-out of " +
+        instant_text(signal.timeout_ns));
   }
-  if (arrivals_ != nullptr && arrivals_->lost() > 0)
-    add(report::counted(arrivals_->lost(), "frame was", "frames were") +
-        " lost between the bus and the tick");
+  if (arrivals_ != nullptr && arrivals_->lost() > 0) add(arrivals_->lost_text());
   return text;
 }
 

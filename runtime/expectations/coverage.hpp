@@ -2,9 +2,9 @@
 // The share of a run on which an expectation was evaluated: an expectation is held only if it was checked.
 //
 // A signal is unknown until its task has published it, and one of a device (SignalInfo::arrives) also while
-// it is not fresh. A tick is evaluated unless the truth of the expectation depends on an unknown signal. What
-// the end finds open makes its ticks not evaluated, from its begin on. An expectation that did not fail is
-// not checked when
+// it is not fresh. A tick is evaluated unless the truth of the expectation depends on an unknown signal. If a
+// reaction or a request is open at the end, the ticks from its begin on count as not evaluated. An
+// expectation that did not fail is not checked when
 // - none, or too small a share, of its ticks was evaluated,
 // - a tick was not evaluated because of a signal that was never known, whatever the share,
 // - a signal of a device was not fresh for longer than its time-out, on ticks that were not evaluated,
@@ -19,6 +19,7 @@
 
 #include "runtime/expectations/arrivals.hpp"
 #include "runtime/report/run_record.hpp"
+#include "runtime/signals/signal_scope.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::expectations {
@@ -31,8 +32,8 @@ struct Extent {
   std::int64_t begin_ns = 0;   ///< of the window
 };
 
-/// What the end of the run or of the window may find open, as a reaction.
-struct OpenSince {
+/// Begin of a reaction or of a request that has no result yet.
+struct PendingBegin {
   std::int64_t time_ns = 0;
   std::uint64_t evaluated_before = 0;  ///< evaluated ticks before it began
 };
@@ -44,14 +45,15 @@ class Coverage {
   Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
            const Arrivals& arrivals, double min_share);
 
-  /// To be called for each tick that ran and that the expectation covers. Neither allocates nor blocks.
-  void check(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated) noexcept;
-  OpenSince open_since(std::int64_t time_ns) const noexcept { return {time_ns, evaluated_ticks_}; }
+  /// To be called at each instant that the expectation covers, in a tick that ran; frames do not count.
+  /// Neither allocates nor blocks.
+  void check(const signals::SignalTable& table, signals::Instant instant, bool evaluated) noexcept;
 
   std::uint64_t evaluated_ticks() const noexcept { return evaluated_ticks_; }
-  /// Why the expectation is not checked, in words. Empty: it is checked. `open`: the oldest that is open at
-  /// the end.
-  std::string shortfall(std::uint64_t covered_ticks, const std::optional<OpenSince>& open = {}) const;
+  /// Why the expectation is not checked, in words. Empty: it is checked. `oldest_pending`: the oldest
+  /// reaction or request that is open at the end.
+  std::string shortfall(std::uint64_t covered_ticks,
+                        const std::optional<PendingBegin>& oldest_pending = {}) const;
   /// Whether `part` is not 0 and at least min_share of `whole`.
   bool suffices(std::uint64_t part, std::uint64_t whole) const noexcept;
   /// "188 of 10000 ticks (1.8 %), less than its coverage of 95 %", "none of 10000 ticks"
@@ -61,7 +63,7 @@ class Coverage {
   static constexpr std::size_t max_intervals = 20;
 
  private:
-  struct Watched {
+  struct SignalCoverage {
     signals::SignalId signal;
     std::string name;
     bool arrives = false;
@@ -72,7 +74,7 @@ class Coverage {
   };
   /// The first interval in which a signal was not fresh for longer than its time-out.
   struct StaleInterval {
-    std::size_t watched = 0;
+    std::size_t signal = 0;  ///< index into signals_
     std::int64_t begin_ns = 0;
     std::int64_t end_ns = 0;
   };
@@ -80,10 +82,10 @@ class Coverage {
     std::int64_t begin_ns = 0, end_ns = 0;
   };
 
-  void note_stale(Watched& watched, std::size_t index, std::int64_t time_ns, bool evaluated) noexcept;
+  void note_stale(SignalCoverage& signal, std::size_t index, std::int64_t time_ns, bool evaluated) noexcept;
   void note_not_evaluated(std::int64_t time_ns) noexcept;
 
-  std::vector<Watched> watched_;
+  std::vector<SignalCoverage> signals_;
   const Arrivals* arrivals_;  ///< null: it judges no frames
   const double min_share_;
   std::uint64_t evaluated_ticks_ = 0;
@@ -91,7 +93,7 @@ class Coverage {
   bool was_evaluated_ = true;  ///< the last tick
   bool is_listed_ = false;     ///< the newest interval is in intervals_
   std::vector<Interval> intervals_;
-  std::vector<bool> causes_;  ///< by interval and watched signal
+  std::vector<bool> causes_;  ///< by interval and signal
 };
 
 }  // namespace hil::expectations

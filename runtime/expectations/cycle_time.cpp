@@ -8,16 +8,13 @@
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/units.hpp"
 #include "runtime/expectations/received.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
 namespace {
 
 constexpr std::int64_t no_time_ns = std::numeric_limits<std::int64_t>::min();
-
-std::string interval_text(std::int64_t time_ns) {
-  return report::to_ascii(report::chosen_time(time_ns));
-}
 
 class CycleTimeJudge final : public Judge {
  public:
@@ -30,14 +27,14 @@ class CycleTimeJudge final : public Judge {
         has_arrivals_(std::ranges::all_of(received_.signals,
                                           [&](auto signal) { return context.arrivals.keeps(signal); })) {}
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
-             std::int64_t time_ns) noexcept override {
-    coverage_.check(table, time_ns, true);
-    for_each_frame(table, arrived, [this](std::int64_t stamp_ns) { judge_frame(stamp_ns); });
+  // The frames of a tick are judged at the tick.
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    if (!instant.is_tick) return;
+    coverage_.check(table, instant, true);
+    for_each_frame(table, [this](std::int64_t stamp_ns) { judge_frame(stamp_ns); });
   }
-  void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
-            std::int64_t /*time_ns*/) noexcept override {
-    for_each_frame(table, arrived, [](std::int64_t /*stamp_ns*/) {});
+  void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    if (instant.is_tick) for_each_frame(table, [](std::int64_t /*stamp_ns*/) {});
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -50,8 +47,8 @@ class CycleTimeJudge final : public Judge {
     if (last_ns_ != no_time_ns && extent.end_ns - last_ns_ > claim_.period_ns + claim_.tolerance_ns)
       figures.add(last_ns_, extent.end_ns, claim_);
     report::Expectation result = held_result(name_, coverage_, extent);
-    result.detail = "cycle time of " + claim_.message.text + " " + interval_text(claim_.period_ns) + " +- " +
-                    interval_text(claim_.tolerance_ns) + ": " + text_of(figures);
+    result.detail = "cycle time of " + claim_.message.text + " " + duration_text(claim_.period_ns) + " +- " +
+                    duration_text(claim_.tolerance_ns) + ": " + text_of(figures);
     result.first_failure_ns = figures.first_failure_ns;
     if (figures.count > 0) {
       result.margin = static_cast<double>(claim_.tolerance_ns - figures.worst_deviation_ns) / 1e9;
@@ -60,8 +57,7 @@ class CycleTimeJudge final : public Judge {
     }
     if (arrivals_.lost() > 0) {
       result.result = report::ExpectationResult::not_checked;
-      result.detail += "; can not be judged, " + std::to_string(arrivals_.lost()) +
-                       " frames were lost between the bus and the tick";
+      result.detail += "; can not be judged, " + arrivals_.lost_text();
     } else if (figures.outside > 0) {
       result.result = report::ExpectationResult::failed;
     } else if (figures.count < claim_.at_least) {
@@ -103,7 +99,7 @@ class CycleTimeJudge final : public Judge {
                        report::to_ascii(report::counted(figures.count, "interval", "intervals")) + " outside";
     if (figures.count == 0) return text;
     const auto count = static_cast<std::int64_t>(figures.count);
-    return text + ", from " + interval_text(figures.min_ns) + " to " + interval_text(figures.max_ns) +
+    return text + ", from " + duration_text(figures.min_ns) + " to " + duration_text(figures.max_ns) +
            ", mean " + report::to_ascii(report::measured_time(figures.sum_ns / count));
   }
 
@@ -117,15 +113,14 @@ class CycleTimeJudge final : public Judge {
 
   /// Calls `use` with the stamp of each new frame, in non-decreasing order.
   template <class Use>
-  void for_each_frame(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                      const Use& use) noexcept {
+  void for_each_frame(const signals::SignalTable& table, const Use& use) noexcept {
     const auto take = [&](std::int64_t stamp_ns, bool may_repeat) {
       if (stamp_ns < newest_ns_ || (stamp_ns == newest_ns_ && !may_repeat)) return;
       newest_ns_ = stamp_ns;
       use(stamp_ns);
     };
     if (!has_arrivals_) return take(received_.newest_ns(table), false);
-    for (const Arrival& arrival : arrived) {
+    for (const Arrival& arrival : arrivals_.collected()) {
       // A frame has a value of a signal; signals of a multiplexer are not in each frame.
       const bool is_frame = std::ranges::any_of(
           received_.signals, [&](signals::SignalId signal) { return arrival.find(signal).has_value(); });
@@ -180,7 +175,7 @@ void check_claim(const CycleTime& claim, const ClaimCheck& check) {
   check_received(claim.message, true, check);
 }
 
-std::vector<signals::SignalId> sampled_signals(const CycleTime& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const CycleTime& claim, const signals::SignalTable& table) {
   return find_received(claim.message.text, table)->signals;
 }
 

@@ -2,11 +2,11 @@
 // cycle_time: each interval between two frames of a message, by their receive time stamps, is the period up
 // to a tolerance.
 //
-// On a bus that keeps all samples each frame counts, also several in one tick; else the newest of each tick.
-// Of frames with one time stamp, as many count as a signal of the message has samples with it. An interval is
-// judged when both of its frames arrive in ticks of the window. An interval that is open at the end counts
-// when it is too long already, so a message that stops fails. With fewer than `at_least` judged intervals the
-// expectation is not checked; so it is when samples were lost between the bus and the tick.
+// Every arrival with a value of the message is a frame, also several in one tick or with one time stamp.
+// Where the device keeps no arrivals, the newest frame of each tick counts. Three kinds of intervals are
+// judged: those between two frames of the window, the one from its begin to a first frame that is later than
+// one time-out (without one: period plus tolerance), and the open one at its end if it is too long already.
+// With fewer than `at_least` intervals, or with lost frames, the expectation is not checked.
 //
 // The margin is the tolerance less the greatest deviation of an interval from the period.
 
@@ -26,7 +26,7 @@ struct CycleTime {
 };
 
 void check_claim(const CycleTime& claim, const ClaimCheck& check);
-std::vector<signals::SignalId> sampled_signals(const CycleTime& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const CycleTime& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const CycleTime& claim, const JudgeContext& context);
 PlotContent plot_content_of(const CycleTime& claim, const signals::SignalTable& table);
 

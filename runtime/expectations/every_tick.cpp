@@ -6,43 +6,44 @@
 
 #include "runtime/config/units.hpp"
 #include "runtime/expectations/margin.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/expectations/watched_condition.hpp"
-#include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
 namespace {
 
-std::string at_second(std::int64_t time_ns) {
-  return report::to_ascii(report::instant(time_ns));
-}
-
 class EveryTickJudge final : public Judge {
  public:
-  EveryTickJudge(const config::Expression& condition, bool wanted, const JudgeContext& context)
+  EveryTickJudge(const config::Expression& condition, bool required_truth, const JudgeContext& context)
       : name_(context.expectation.name),
         condition_(condition, context.table, context.options),
         margin_(condition, context.table, context.options),
         coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage),
-        wanted_(wanted),
+        required_truth_(required_truth),
         has_margin_(margin_.exists()) {}
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
-    coverage_.check(table, time_ns, judge(table, {.time_ns = time_ns}) != Truth::unknown);
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    const Truth truth = condition_.truth(table, instant);
+    const double of_condition = margin_.at(table, instant);
+    const double margin = required_truth_ ? of_condition : 0.0 - of_condition;  // no -0
+    coverage_.check(table, instant, truth != Truth::unknown);
+    if (truth == Truth::unknown) return;
+    const bool is_broken = (truth == Truth::yes) != required_truth_;
+    if (is_broken && !first_failure_ns_) first_failure_ns_ = instant.time_ns;
+    // False without a known margin, as of "false and unknown": the least one is not known.
+    if (std::isnan(margin)) has_margin_ = has_margin_ && !is_broken;
+    if (margin < worst_margin_) {
+      worst_margin_ = margin;
+      worst_ns_ = instant.time_ns;
+    }
   }
-  void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
-    advance(table, {.time_ns = time_ns});
-  }
-  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    judge(table, {.time_ns = time_ns, .is_tick = false});
-  }
-  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    advance(table, {.time_ns = time_ns, .is_tick = false});
+  void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    condition_.truth(table, instant);
+    margin_.at(table, instant);
   }
 
   report::Expectation result(const Extent& extent) const override {
-    const std::string claim = (wanted_ ? "always " : "never ") + condition_.text();
+    const std::string claim = (required_truth_ ? "always " : "never ") + condition_.text();
     report::Expectation result = held_result(name_, coverage_, extent);
     result.first_failure_ns = first_failure_ns_;
     result.worst_ns = first_failure_ns_;
@@ -53,7 +54,7 @@ class EveryTickJudge final : public Judge {
     }
     if (first_failure_ns_) {
       result.result = report::ExpectationResult::failed;
-      result.detail = claim + ": broken at " + at_second(*first_failure_ns_);
+      result.detail = claim + ": broken at " + instant_text(*first_failure_ns_);
     } else if (const std::string shortfall = coverage_.shortfall(extent.ticks); !shortfall.empty()) {
       result.result = report::ExpectationResult::not_checked;
       result.detail = claim + ": " + shortfall;
@@ -64,31 +65,11 @@ class EveryTickJudge final : public Judge {
   }
 
  private:
-  Truth judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
-    const Truth truth = condition_.truth(table, instant);
-    const double of_condition = margin_.at(table, instant);
-    const double margin = wanted_ ? of_condition : 0.0 - of_condition;  // no -0
-    if (truth == Truth::unknown) return truth;
-    const bool is_broken = (truth == Truth::yes) != wanted_;
-    if (is_broken && !first_failure_ns_) first_failure_ns_ = instant.time_ns;
-    // False without a known margin, as of "false and unknown": the least one is not known.
-    if (std::isnan(margin)) has_margin_ = has_margin_ && !is_broken;
-    if (margin < worst_margin_) {
-      worst_margin_ = margin;
-      worst_ns_ = instant.time_ns;
-    }
-    return truth;
-  }
-  void advance(const signals::SignalTable& table, signals::Instant instant) noexcept {
-    condition_.truth(table, instant);
-    margin_.at(table, instant);
-  }
-
   const std::string name_;
   WatchedCondition condition_;
   ConditionMargin margin_;
   Coverage coverage_;
-  const bool wanted_;
+  const bool required_truth_;
   bool has_margin_;
   double worst_margin_ = std::numeric_limits<double>::infinity();
   std::optional<std::int64_t> worst_ns_, first_failure_ns_;
@@ -103,22 +84,22 @@ class EventuallyJudge final : public Judge {
         coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage),
         by_ns_(claim.by_ns) {}
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
-    judged_in_last_check_ = !met_ns_;
-    if (met_ns_) return;
-    const Truth truth = judge(table, {.time_ns = time_ns});
-    if (!by_ns_ || time_ns <= *by_ns_) coverage_.check(table, time_ns, truth != Truth::unknown);
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    judged_in_last_check_ = !fulfilled_ns_;
+    if (fulfilled_ns_) return;
+    const Truth truth = condition_.truth(table, instant);
+    const double margin = margin_.at(table, instant);
+    if (truth == Truth::yes) fulfilled_ns_ = instant.time_ns;
+    if (by_ns_ && instant.time_ns > *by_ns_) return;
+    coverage_.check(table, instant, truth != Truth::unknown);
+    if (truth != Truth::unknown && margin > best_margin_) {
+      best_margin_ = margin;
+      best_ns_ = instant.time_ns;
+    }
   }
-  void skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
-    advance(table, {.time_ns = time_ns});
-  }
-  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    if (!met_ns_) judge(table, {.time_ns = time_ns, .is_tick = false});
-  }
-  void skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    advance(table, {.time_ns = time_ns, .is_tick = false});
+  void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    condition_.truth(table, instant);
+    margin_.at(table, instant);
   }
 
   bool judged_in_last_check() const noexcept override { return judged_in_last_check_; }
@@ -126,24 +107,25 @@ class EventuallyJudge final : public Judge {
     const std::string claim = "eventually " + condition_.text();
     report::Expectation result = held_result(name_, coverage_, extent);
     result.covered_ticks = covered_ticks(extent);
-    if (met_ns_) {
-      result.margin = static_cast<double>(by_ns_.value_or(extent.end_ns) - *met_ns_) / 1e9;
+    if (fulfilled_ns_) {
+      result.margin = static_cast<double>(by_ns_.value_or(extent.end_ns) - *fulfilled_ns_) / 1e9;
       result.margin_unit = "s";
-      result.worst_ns = met_ns_;
+      result.worst_ns = fulfilled_ns_;
     } else if (best_ns_) {
       result.margin = best_margin_;
       result.margin_unit = margin_.unit();
       result.worst_ns = best_ns_;
     }
-    if (met_ns_ && (!by_ns_ || *met_ns_ <= *by_ns_)) {
-      result.detail = claim + ": at " + at_second(*met_ns_);
-      result.met_ns = met_ns_;
+    if (fulfilled_ns_ && (!by_ns_ || *fulfilled_ns_ <= *by_ns_)) {
+      result.detail = claim + ": at " + instant_text(*fulfilled_ns_);
+      result.met_ns = fulfilled_ns_;
       return result;
     }
     const std::int64_t limit_ns = std::min(by_ns_.value_or(extent.end_ns), extent.end_ns);
     const std::string observed =
-        met_ns_ ? "only at " + at_second(*met_ns_) + ", required by " + at_second(*by_ns_)
-                : "not in " + at_second(limit_ns) + (best_ns_ ? ", nearest at " + at_second(*best_ns_) : "");
+        fulfilled_ns_ ? "only at " + instant_text(*fulfilled_ns_) + ", required by " + instant_text(*by_ns_)
+                      : "not in " + instant_text(limit_ns) +
+                            (best_ns_ ? ", nearest at " + instant_text(*best_ns_) : "");
     const std::string shortfall = coverage_.shortfall(result.covered_ticks);
     result.result =
         shortfall.empty() ? report::ExpectationResult::failed : report::ExpectationResult::not_checked;
@@ -153,22 +135,6 @@ class EventuallyJudge final : public Judge {
   }
 
  private:
-  Truth judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
-    const Truth truth = condition_.truth(table, instant);
-    const double margin = margin_.at(table, instant);
-    if (truth == Truth::yes) met_ns_ = instant.time_ns;
-    const bool is_late = by_ns_ && instant.time_ns > *by_ns_;
-    if (truth != Truth::unknown && !is_late && margin > best_margin_) {
-      best_margin_ = margin;
-      best_ns_ = instant.time_ns;
-    }
-    return truth;
-  }
-  void advance(const signals::SignalTable& table, signals::Instant instant) noexcept {
-    condition_.truth(table, instant);
-    margin_.at(table, instant);
-  }
-
   std::uint64_t covered_ticks(const Extent& extent) const {
     if (!by_ns_ || extent.period_ns <= 0) return extent.ticks;
     if (*by_ns_ < extent.begin_ns) return 0;
@@ -181,8 +147,8 @@ class EventuallyJudge final : public Judge {
   ConditionMargin margin_;
   Coverage coverage_;
   const std::optional<std::int64_t> by_ns_;
-  std::optional<std::int64_t> met_ns_;
-  double best_margin_ = -std::numeric_limits<double>::infinity();  ///< of the ticks up to `by`
+  std::optional<std::int64_t> fulfilled_ns_;
+  double best_margin_ = -std::numeric_limits<double>::infinity();  ///< of the instants up to `by`
   std::optional<std::int64_t> best_ns_;
   bool judged_in_last_check_ = false;
 };
@@ -228,7 +194,7 @@ void check_claim(const Eventually& claim, const ClaimCheck& check) {
   check.condition(claim.condition);
 }
 
-std::vector<signals::SignalId> sampled_signals(const Never& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const Never& claim, const signals::SignalTable& table) {
   return plot_content_of(claim, table).signals;
 }
 std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context) {
@@ -237,7 +203,7 @@ std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context)
 PlotContent plot_content_of(const Never& claim, const signals::SignalTable& table) {
   return plot_of(claim.condition, table);
 }
-std::vector<signals::SignalId> sampled_signals(const Always& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const Always& claim, const signals::SignalTable& table) {
   return plot_content_of(claim, table).signals;
 }
 std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context) {
@@ -246,7 +212,8 @@ std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context
 PlotContent plot_content_of(const Always& claim, const signals::SignalTable& table) {
   return plot_of(claim.condition, table);
 }
-std::vector<signals::SignalId> sampled_signals(const Eventually& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const Eventually& claim,
+                                                  const signals::SignalTable& table) {
   return plot_content_of(claim, table).signals;
 }
 std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context) {
@@ -258,19 +225,19 @@ PlotContent plot_content_of(const Eventually& claim, const signals::SignalTable&
 
 config::ExpectationKind never_kind() {
   return {.key = "never",
-          .about = "A condition that is true on no tick.",
+          .about = "A condition that is true at no instant.",
           .schema = condition_schema,
           .read = read_every_tick<Never>};
 }
 config::ExpectationKind always_kind() {
   return {.key = "always",
-          .about = "A condition that is true on every tick.",
+          .about = "A condition that is true at every instant.",
           .schema = condition_schema,
           .read = read_every_tick<Always>};
 }
 config::ExpectationKind eventually_kind() {
   return {.key = "eventually",
-          .about = "A condition that is true on some tick.",
+          .about = "A condition that is true at some instant.",
           .schema = condition_schema,
           .read = read_eventually};
 }

@@ -1,9 +1,9 @@
 #pragma once
-// never, always: fails on the first tick on which the condition is known to be true, or false. The margin is
-// the least one of all ticks (margin.hpp).
+// never, always: fails at the first instant at which the condition is known to be true, or false. The margin
+// is the least one of all instants (margin.hpp).
 //
-// eventually: is held when the condition is known to be true on a tick not later than `by`. The margin is the
-// time that was left; where it was never true, the greatest one of the ticks up to `by` (margin.hpp).
+// eventually: is held when the condition is known to be true at an instant not later than `by`. The margin is
+// the time that was left; where it was never true, the greatest one of the instants up to `by` (margin.hpp).
 
 #include <cstdint>
 #include <memory>
@@ -27,13 +27,13 @@ struct Eventually {
 void check_claim(const Never& claim, const ClaimCheck& check);
 void check_claim(const Always& claim, const ClaimCheck& check);
 void check_claim(const Eventually& claim, const ClaimCheck& check);
-std::vector<signals::SignalId> sampled_signals(const Never& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Never& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Never& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Never& claim, const signals::SignalTable& table);
-std::vector<signals::SignalId> sampled_signals(const Always& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Always& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Always& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Always& claim, const signals::SignalTable& table);
-std::vector<signals::SignalId> sampled_signals(const Eventually& claim, const signals::SignalTable& table);
+std::vector<signals::SignalId> judged_arrivals_of(const Eventually& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Eventually& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Eventually& claim, const signals::SignalTable& table);
 

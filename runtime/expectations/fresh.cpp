@@ -2,6 +2,7 @@
 
 #include "runtime/config/reading.hpp"
 #include "runtime/expectations/received.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
@@ -15,8 +16,8 @@ class FreshJudge final : public Judge {
         received_(*find_received(subject_, context.table)),
         coverage_({}, context.table, context.arrivals, context.expectation.coverage) {}
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    const std::int64_t time_ns = instant.time_ns;
     const bool is_fresh = received_.is_fresh(table);
     if (!begin_ns_) begin_ns_ = time_ns;
     if (is_fresh && !first_ns_) first_ns_ = time_ns;
@@ -25,7 +26,7 @@ class FreshJudge final : public Judge {
       if (is_late && !first_failure_ns_) first_failure_ns_ = time_ns;
       return;
     }
-    coverage_.check(table, time_ns, true);
+    coverage_.check(table, instant, true);
     if (!is_fresh && !first_failure_ns_) first_failure_ns_ = time_ns;
     // A lost device has no stamp: then the last one counts.
     const std::int64_t stamp_ns = received_.newest_ns(table);
@@ -35,8 +36,6 @@ class FreshJudge final : public Judge {
     worst_age_ns_ = age_ns;
     worst_ns_ = time_ns;
   }
-  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
-            std::int64_t /*time_ns*/) noexcept override {}
 
   report::Expectation result(const Extent& extent) const override {
     const std::string claim = "fresh " + subject_ + ": ";
@@ -56,11 +55,11 @@ class FreshJudge final : public Judge {
       result.margin_unit = "s";
     }
     result.detail = claim + "at most " + report::to_ascii(report::measured_time(worst_age_ns_)) +
-                    " old, at " + report::to_ascii(report::instant(worst_ns_));
+                    " old, at " + instant_text(worst_ns_);
     const std::string shortfall = coverage_.shortfall(result.covered_ticks);
     if (first_failure_ns_) {
       result.result = report::ExpectationResult::failed;
-      result.detail += "; not fresh at " + report::to_ascii(report::instant(*first_failure_ns_));
+      result.detail += "; not fresh at " + instant_text(*first_failure_ns_);
     } else if (!shortfall.empty()) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and " + shortfall;
@@ -107,10 +106,12 @@ PlotContent plot_content_of(const Fresh& claim, const signals::SignalTable& tabl
 }
 
 config::ExpectationKind fresh_kind() {
-  return {.key = "fresh",
-          .about = "A received signal or message that is fresh on every tick after its first arrival.",
-          .schema = fresh_schema,
-          .read = read_fresh};
+  return {
+      .key = "fresh",
+      .about =
+          "A received signal or message that arrives within its time-out and is then fresh on every tick.",
+      .schema = fresh_schema,
+      .read = read_fresh};
 }
 
 }  // namespace hil::expectations

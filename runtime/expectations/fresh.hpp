@@ -1,6 +1,7 @@
 #pragma once
-// fresh: a received signal, or message, is fresh on every tick from its first arrival in the window on. The
-// margin is its time-out less its greatest age. Without an arrival it is not checked.
+// fresh: a received signal or message is fresh on every tick from its first arrival in the window on. If
+// nothing arrives within one time-out after the begin of the window, it fails; without a time-out it is then
+// not checked. The margin is the time-out less the greatest age (s).
 
 #include <memory>
 

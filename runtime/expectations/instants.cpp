@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "runtime/expectations/signal_constant.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/units/unit.hpp"
 
@@ -19,8 +20,8 @@ const config::Word* sole_word_of(const config::Expression& expression) {
   return is_word ? &node.word : nullptr;
 }
 
-/// An instant in the unit of the signal.
-struct Instant {
+/// What is expected at an instant, in the unit of the signal.
+struct ExpectedValue {
   std::int64_t time_ns = 0;
   double value = 0.0;
   double tolerance = 0.0;
@@ -28,20 +29,21 @@ struct Instant {
 };
 
 /// Empty with mistakes.
-std::optional<Instant> instant_of(const config::InstantCheck& check, const signals::SignalInfo& signal,
-                                  config::Diagnostics& diagnostics) {
-  Instant instant{.time_ns = check.time_ns, .line = check.value.place().line};
+std::optional<ExpectedValue> expected_value(const config::InstantCheck& check,
+                                            const signals::SignalInfo& signal,
+                                            config::Diagnostics& diagnostics) {
+  ExpectedValue expected{.time_ns = check.time_ns, .line = check.value.place().line};
   const config::Word* const name = sole_word_of(check.value);
   const auto value =
       name != nullptr
           ? signals::value_named(signal.named_values, *name, signal.name, diagnostics)
           : check_constant(check.value, limit_kind(signal), signal.unit, "'expectation'", diagnostics);
-  if (value) instant.value = *value;
+  if (value) expected.value = *value;
   if (check.tolerance) {
     const auto tolerance =
         check_constant(*check.tolerance, ConstantKind::difference, signal.unit, "'tolerance'", diagnostics);
     if (!tolerance) return std::nullopt;
-    instant.tolerance = *tolerance;
+    expected.tolerance = *tolerance;
     if (*tolerance < 0.0) {
       diagnostics.add(check.tolerance->place(),
                       "'tolerance': " + config::in_quotes(check.tolerance->text()) + " is below 0");
@@ -49,7 +51,7 @@ std::optional<Instant> instant_of(const config::InstantCheck& check, const signa
   } else if (name == nullptr) {
     diagnostics.add(check.value.place(), "an expectation needs its tolerance, unless it is a value name");
   }
-  return value ? std::optional(instant) : std::nullopt;
+  return value ? std::optional(expected) : std::nullopt;
 }
 
 class InstantsJudge final : public Judge {
@@ -61,41 +63,39 @@ class InstantsJudge final : public Judge {
         coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage) {
     config::Diagnostics ignored;  // check_claim has reported the mistakes, so there are none
     for (const config::InstantCheck& check : claim.checks)
-      instants_.push_back(*instant_of(check, info_, ignored));
+      expected_.push_back(*expected_value(check, info_, ignored));
   }
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    const std::int64_t time_ns = instant.time_ns;
     judged_in_last_check_ = false;
     // A skipped tick has no value.
-    while (next_ < instants_.size() && instants_[next_].time_ns < time_ns)
+    while (next_ < expected_.size() && expected_[next_].time_ns < time_ns)
       ++next_;
-    if (next_ == instants_.size() || instants_[next_].time_ns != time_ns) return;
+    if (next_ == expected_.size() || expected_[next_].time_ns != time_ns) return;
     judged_in_last_check_ = true;
-    const Instant& instant = instants_[next_++];
+    const ExpectedValue& expected = expected_[next_++];
     const double value = table.value(signal_);
-    const bool is_known = table.is_published(signal_) && !std::isnan(value);
-    coverage_.check(table, time_ns, is_known);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
+    coverage_.check(table, instant, is_known);
     if (!is_known) return;
-    const double margin = instant.tolerance - std::abs(value - instant.value);
+    const double margin = expected.tolerance - std::abs(value - expected.value);
     if (margin < 0.0) {
       ++failures_;
       if (!first_failure_ns_) first_failure_ns_ = time_ns;
     }
     if (worst_ != nullptr && margin >= worst_margin_) return;
-    worst_ = &instant;
+    worst_ = &expected;
     worst_margin_ = margin;
     worst_value_ = value;
   }
-  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
-            std::int64_t /*time_ns*/) noexcept override {}
   bool judged_in_last_check() const noexcept override { return judged_in_last_check_; }
 
   report::Expectation result(const Extent& extent) const override {
     report::Expectation result = held_result(name_, coverage_, extent);
-    result.covered_ticks = instants_.size();
+    result.covered_ticks = expected_.size();
     result.first_failure_ns = first_failure_ns_;
-    const std::string instants = report::counted(instants_.size(), "instant", "instants");
+    const std::string instants = report::counted(expected_.size(), "instant", "instants");
     result.detail =
         info_.name + (failures_ > 0 ? " was wrong at " + std::to_string(failures_) + " of " + instants
                                     : " at " + instants);
@@ -105,7 +105,7 @@ class InstantsJudge final : public Judge {
       result.margin_unit = difference.symbol;
       result.worst_ns = worst_->time_ns;
       result.detail += ": " + text_of(worst_value_, info_.unit) + " in line " + std::to_string(worst_->line) +
-                       " at " + report::to_ascii(report::instant(worst_->time_ns)) + ", expected " +
+                       " at " + instant_text(worst_->time_ns) + ", expected " +
                        text_of(worst_->value, info_.unit) + " within " +
                        text_of(worst_->tolerance / difference.factor, difference.symbol);
     }
@@ -127,12 +127,12 @@ class InstantsJudge final : public Judge {
   const std::string name_;
   const signals::SignalId signal_;
   const signals::SignalInfo info_;
-  std::vector<Instant> instants_;
+  std::vector<ExpectedValue> expected_;
   std::size_t next_ = 0;
   Coverage coverage_;
   std::uint64_t failures_ = 0;
   std::optional<std::int64_t> first_failure_ns_;
-  const Instant* worst_ = nullptr;
+  const ExpectedValue* worst_ = nullptr;
   double worst_margin_ = 0.0, worst_value_ = 0.0;
   bool judged_in_last_check_ = false;  ///< on the last tick
 };
@@ -142,8 +142,8 @@ class InstantsJudge final : public Judge {
 void check_claim(const Instants& claim, const ClaimCheck& check) {
   const signals::SignalId signal = check.known.find(claim.signal, check.diagnostics);
   if (!signal.valid()) return;
-  for (const config::InstantCheck& one : claim.checks)
-    instant_of(one, check.known.table().info(signal), check.diagnostics);
+  for (const config::InstantCheck& instant : claim.checks)
+    expected_value(instant, check.known.table().info(signal), check.diagnostics);
 }
 
 std::unique_ptr<Judge> judge_of(const Instants& claim, const JudgeContext& context) {
@@ -155,8 +155,9 @@ PlotContent plot_content_of(const Instants& claim, const signals::SignalTable& t
   PlotContent content = plot_of(signal);
   config::Diagnostics ignored;  // check_claim has reported the mistakes
   for (const config::InstantCheck& check : claim.checks) {
-    const auto instant = instant_of(check, table.info(signal), ignored);
-    if (instant) content.instants.push_back({signal, instant->time_ns, instant->value, instant->tolerance});
+    const auto expected = expected_value(check, table.info(signal), ignored);
+    if (expected)
+      content.instants.push_back({signal, expected->time_ns, expected->value, expected->tolerance});
   }
   return content;
 }

@@ -1,13 +1,14 @@
 #pragma once
-// What judges an expectation on every tick, without allocation. The result of an expectation is held, failed
-// or not checked (coverage.hpp).
+// A judge evaluates one expectation at each instant, without allocation. An instant is a tick, or a frame
+// before it (judges.hpp). The result of an expectation is held, failed or not checked (coverage.hpp);
+// coverage counts ticks alone.
 //
 // Threads: check and skip from the base thread; results after the run.
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "runtime/expression/program.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/known_signals.hpp"
+#include "runtime/signals/signal_scope.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::expectations {
@@ -26,17 +28,12 @@ namespace hil::expectations {
 class Judge {
  public:
   virtual ~Judge() = default;
-  /// After a tick of the window, with the samples that arrived since the tick before.
-  virtual void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                     std::int64_t time_ns) noexcept = 0;
-  /// After any other tick, which is not judged: functions with a memory advance.
-  virtual void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                    std::int64_t time_ns) noexcept = 0;
-  /// At a frame of the window that came before the tick: `table` has its values, and of all other signals
-  /// those of the tick before. What is judged by the tick alone needs neither of both functions.
-  virtual void check_frame(const signals::SignalTable& /*table*/, std::int64_t /*time_ns*/) noexcept {}
-  /// At any other frame, which is not judged: functions with a memory advance.
-  virtual void skip_frame(const signals::SignalTable& /*table*/, std::int64_t /*time_ns*/) noexcept {}
+  /// At an instant of the window: after a tick, or at a frame with a signal of
+  /// Claim::signals_judged_by_arrival. At a frame `table` has its values, and for all other signals those of
+  /// the instant before (the tick before, or an earlier frame).
+  virtual void check(const signals::SignalTable& table, signals::Instant instant) noexcept = 0;
+  /// At any other instant, which is not judged: functions with a memory advance.
+  virtual void skip(const signals::SignalTable& /*table*/, signals::Instant /*instant*/) noexcept {}
   /// Whether the latest check() judged its tick. Undefined after skip().
   virtual bool judged_in_last_check() const noexcept { return true; }
   virtual report::Expectation result(const Extent& extent) const = 0;
@@ -47,16 +44,22 @@ class Judge {
   }
 };
 
-/// What a judge is made of, besides its claim.
+/// A judge is made of these, besides its claim.
 struct JudgeContext {
   const config::Expectation& expectation;
   const signals::SignalTable& table;   ///< with all names of the expectation, since wire() checked it
   const Arrivals& arrivals;            ///< outlives the judge and has the inputs that it keeps
-  std::uint64_t max_samples = 0;       ///< response times that are kept, a million at most
-  expression::CompileOptions options;  ///< with the period between two checks
+  std::uint64_t duration_ticks = 0;    ///< of the run
+  bool judges_frames = false;          ///< frames are instants too, so that a tick may have several
+  expression::CompileOptions options;  ///< with the period between two ticks
+
+  /// The greatest number of instants in the run.
+  std::uint64_t max_instants() const noexcept {
+    return judges_frames ? std::numeric_limits<std::uint64_t>::max() : duration_ticks;
+  }
 };
 
-/// What checks a claim while the run is wired.
+/// Checks a claim while the run is wired.
 struct ClaimCheck {
   const signals::KnownSignals& known;
   std::int64_t period_ns = 0;    ///< of the base tick
@@ -73,21 +76,22 @@ class Claim : public config::Claim {
   /// Adds the mistakes.
   virtual void check(const ClaimCheck& check) const = 0;
   /// Signals of which every arrival is judged, not only the newest of a tick.
-  virtual std::vector<signals::SignalId> sampled(const signals::SignalTable& table) const = 0;
+  virtual std::vector<signals::SignalId> signals_judged_by_arrival(
+      const signals::SignalTable& table) const = 0;
   virtual std::unique_ptr<Judge> make_judge(const JudgeContext& context) const = 0;
   virtual PlotContent plot_content(const signals::SignalTable& table) const = 0;
 };
 
 /// A claim by its data, with the functions of its kind: check_claim, judge_of, plot_content_of, and
-/// sampled_signals where a kind judges every sample.
+/// judged_arrivals_of where a kind judges every arrival.
 template <class Data>
 class ClaimOf final : public Claim {
  public:
   explicit ClaimOf(Data claimed) : data(std::move(claimed)) {}
   void check(const ClaimCheck& check) const override { check_claim(data, check); }
-  std::vector<signals::SignalId> sampled(const signals::SignalTable& table) const override {
-    if constexpr (requires { sampled_signals(data, table); }) {
-      return sampled_signals(data, table);
+  std::vector<signals::SignalId> signals_judged_by_arrival(const signals::SignalTable& table) const override {
+    if constexpr (requires { judged_arrivals_of(data, table); }) {
+      return judged_arrivals_of(data, table);
     } else {
       static_cast<void>(table);
       return {};

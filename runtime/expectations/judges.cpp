@@ -10,13 +10,19 @@ Judges::Judges(const config::Scenario& scenario, const signals::SignalTable& tab
   for (const config::Expectation& expectation : scenario.expectations) {
     const auto number = static_cast<std::uint32_t>(judges_.size());
     const std::vector<signals::SignalId> read = signals_read(expectation, table);
-    for (const signals::SignalId signal : variables_.with_sources(sampled_signals(expectation, table)))
-      if (arrivals_.keeps(signal)) readers_[signal.index].judges.push_back(number);
+    bool judges_frames = false;
+    for (const signals::SignalId signal :
+         variables_.with_sources(signals_judged_by_arrival(expectation, table))) {
+      if (!arrivals_.keeps(signal)) continue;
+      readers_[signal.index].judges.push_back(number);
+      judges_frames = true;
+    }
     judges_.push_back(
         {.judge = make_judge({.expectation = expectation,
                               .table = table,
                               .arrivals = arrivals,
-                              .max_samples = scenario.duration_ticks,
+                              .duration_ticks = scenario.duration_ticks,
+                              .judges_frames = judges_frames,
                               .options = {.period_ns = scenario.base_period_ns,
                                           .seed = scenario.seed + 0x9E3779B97F4A7C15u * (number + 1)}}),
          .observers = table.read_observers(read)});
@@ -32,13 +38,12 @@ Judges::Judges(const config::Scenario& scenario, const signals::SignalTable& tab
 }
 
 void Judges::check_frames(std::int64_t time_ns) noexcept {
-  arrived_ = arrivals_.collect();
-  for (const Arrival& frame : arrived_)
+  for (const Arrival& frame : arrivals_.collect())
     check_frame(frame, std::clamp(frame.time_ns, last_ns_, time_ns));
 }
 
 void Judges::check_frame(const Arrival& frame, std::int64_t time_ns) noexcept {
-  ++frames_;
+  ++frame_number_;
   last_ns_ = time_ns;
   for (const ArrivedValue& arrived : frame.values)
     at_frame_.write(arrived.signal, {.value = arrived.value, .time_ns = frame.time_ns, .fresh = true});
@@ -51,19 +56,19 @@ void Judges::check_frame(const Arrival& frame, std::int64_t time_ns) noexcept {
   variables_.update_at_frame(at_frame_, time_ns, due_variables_);
   for (const ArrivedValue& arrived : frame.values) {
     for (const std::uint32_t number : readers_[arrived.signal.index].judges) {
-      Judged& judged = judges_[number];
-      if (judged.last_frame == frames_) continue;
-      judged.last_frame = frames_;
-      judged.judge->check_frame(at_frame_, time_ns);
+      JudgeEntry& entry = judges_[number];
+      if (entry.last_frame == frame_number_) continue;
+      entry.last_frame = frame_number_;
+      entry.judge->check(at_frame_, {.time_ns = time_ns, .is_tick = false});
     }
   }
 }
 
 void Judges::check(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  for (Judged& judged : judges_) {
-    judged.judge->check(table, arrived_, time_ns);
-    if (judged.observers.empty() || !judged.judge->judged_in_last_check()) continue;
-    for (signals::ReadObserver* const observer : judged.observers)
+  for (JudgeEntry& entry : judges_) {
+    entry.judge->check(table, {.time_ns = time_ns});
+    if (entry.observers.empty() || !entry.judge->judged_in_last_check()) continue;
+    for (signals::ReadObserver* const observer : entry.observers)
       observer->note_read(signals::ReadBy::expectation);
   }
   at_frame_.copy_values(table);
@@ -71,9 +76,9 @@ void Judges::check(const signals::SignalTable& table, std::int64_t time_ns) noex
 }
 
 void Judges::fill(const Extent& extent, report::RunRecord& record) const {
-  for (const Judged& judged : judges_) {
-    record.expectations.push_back(judged.judge->result(extent));
-    if (auto times = judged.judge->response_times(extent.end_ns))
+  for (const JudgeEntry& entry : judges_) {
+    record.expectations.push_back(entry.judge->result(extent));
+    if (auto times = entry.judge->response_times(extent.end_ns))
       record.response_times.push_back(std::move(*times));
   }
 }

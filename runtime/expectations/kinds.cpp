@@ -47,16 +47,16 @@ void check_expectation(const config::Expectation& expectation, const ClaimCheck&
   if (expectation.window->until) check.condition(*expectation.window->until);
 }
 
-std::vector<signals::SignalId> sampled_signals(const config::Expectation& expectation,
-                                               const signals::SignalTable& table) {
-  std::vector<signals::SignalId> sampled = claim_in(expectation).sampled(table);
-  if (sampled.empty() || !expectation.window) return sampled;
+std::vector<signals::SignalId> signals_judged_by_arrival(const config::Expectation& expectation,
+                                                         const signals::SignalTable& table) {
+  std::vector<signals::SignalId> judged = claim_in(expectation).signals_judged_by_arrival(table);
+  if (judged.empty() || !expectation.window) return judged;
   for (const auto* condition : {&expectation.window->after, &expectation.window->until}) {
     if (!*condition) continue;
     for (const signals::SignalId signal : signals::signals_in(**condition, table))
-      if (std::ranges::find(sampled, signal) == sampled.end()) sampled.push_back(signal);
+      if (std::ranges::find(judged, signal) == judged.end()) judged.push_back(signal);
   }
-  return sampled;
+  return judged;
 }
 
 PlotContent plot_content(const config::Expectation& expectation, const signals::SignalTable& table) {

@@ -18,8 +18,8 @@ config::TableClaims table_claims();
 /// Adds the mistakes of an expectation of one of the kinds.
 void check_expectation(const config::Expectation& expectation, const ClaimCheck& check);
 /// Signals of which it judges every arrival, with those of its window.
-std::vector<signals::SignalId> sampled_signals(const config::Expectation& expectation,
-                                               const signals::SignalTable& table);
+std::vector<signals::SignalId> signals_judged_by_arrival(const config::Expectation& expectation,
+                                                         const signals::SignalTable& table);
 /// What its plot in the report shows, with the signals of its window.
 PlotContent plot_content(const config::Expectation& expectation, const signals::SignalTable& table);
 /// The signals that the judge of an expectation reads, each once.

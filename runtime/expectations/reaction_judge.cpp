@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "runtime/config/shared_schemas.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/expectations/window.hpp"
 #include "runtime/report/quantities.hpp"
 
@@ -10,11 +11,7 @@ namespace hil::expectations {
 namespace {
 
 constexpr std::uint64_t max_open = 65'536;
-constexpr std::uint64_t max_kept_samples = 1'000'000;
-
-std::string ascii_time(std::int64_t time_ns) {
-  return report::to_ascii(report::chosen_time(time_ns));
-}
+constexpr std::uint64_t max_kept_times = 1'000'000;
 
 config::Schema reaction_schema(std::span<const config::BusSectionType> /*buses*/) {
   using config::Field;
@@ -25,7 +22,7 @@ config::Schema reaction_schema(std::span<const config::BusSectionType> /*buses*/
       Field::needed("within", config::duration_schema(config::min_duration_s),
                     "The longest time from 'when' to 'then'."),
       Field::optional("for_at_least", config::duration_schema(config::min_duration_s),
-                      "How long 'then' has to stay true. Left out: one tick suffices."),
+                      "How long 'then' has to stay true. Left out: one instant suffices."),
       Field::with_default("at_least", Schema::integer(1, 1'000'000'000), "1",
                           "The least number of reactions that have to be judged. With fewer, the expectation "
                           "is not checked."),
@@ -51,7 +48,7 @@ void check_claim(const Reaction& claim, const ClaimCheck& check) {
   check.condition(claim.then);
 }
 
-std::vector<signals::SignalId> sampled_signals(const Reaction& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const Reaction& claim, const signals::SignalTable& table) {
   return plot_content_of(claim, table).signals;
 }
 std::unique_ptr<Judge> judge_of(const Reaction& claim, const JudgeContext& context) {
@@ -80,12 +77,14 @@ ReactionJudge::ReactionJudge(const Reaction& claim, const JudgeContext& context)
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
       hold_ns_(claim.hold_ns),
-      // A condition becomes true at most on each second tick.
-      open_(std::min(
-          max_open,
-          static_cast<std::uint64_t>((claim.within_ns + claim.hold_ns) / context.options.period_ns) / 2 +
-              2)) {
-  samples_ns_.reserve(std::min(context.max_samples, max_kept_samples));
+      open_(std::min(max_open, max_at_once(claim, context))) {
+  times_ns_.reserve(std::min(context.max_instants(), max_kept_times));
+}
+
+std::uint64_t ReactionJudge::max_at_once(const Reaction& claim, const JudgeContext& context) {
+  if (context.judges_frames) return max_open;
+  // A condition becomes true at most at each second instant.
+  return static_cast<std::uint64_t>((claim.within_ns + claim.hold_ns) / context.options.period_ns) / 2 + 2;
 }
 
 void ReactionJudge::begin(std::int64_t time_ns) noexcept {
@@ -93,8 +92,7 @@ void ReactionJudge::begin(std::int64_t time_ns) noexcept {
     ++first_;
     ++not_judged_;
   }
-  open_[end_++ % open_.size()] = {.begin_ns = time_ns,
-                                  .evaluated_before = coverage_.open_since(time_ns).evaluated_before};
+  open_[end_++ % open_.size()] = {.begin_ns = time_ns, .evaluated_before = coverage_.evaluated_ticks()};
 }
 
 void ReactionJudge::note_margin(std::int64_t begin_ns, std::int64_t margin_ns) noexcept {
@@ -121,7 +119,7 @@ void ReactionJudge::complete(std::int64_t time_ns) noexcept {
     note_margin(begin_ns, within_ns_ - took_ns);
     completed_begin_ns_ = begin_ns;
     completed_since_ns_ = since_ns;
-    if (samples_ns_.size() < samples_ns_.capacity()) samples_ns_.push_back(took_ns);
+    if (times_ns_.size() < times_ns_.capacity()) times_ns_.push_back(took_ns);
   }
 }
 
@@ -132,7 +130,7 @@ void ReactionJudge::note_then_ended(std::int64_t time_ns) noexcept {
     note_margin(*completed_begin_ns_, then_last_ns_ - *completed_since_ns_ - hold_ns_);
   completed_since_ns_.reset();
   for (std::uint64_t i = first_; i != end_; ++i) {
-    Tracked& reaction = open_[i % open_.size()];
+    OpenReaction& reaction = open_[i % open_.size()];
     const std::int64_t since_ns = std::max(reaction.begin_ns, *then_since_ns_);
     const std::int64_t stayed_ns = then_last_ns_ - since_ns;
     if (since_ns > reaction.begin_ns + within_ns_ || stayed_ns <= reaction.stayed_ns) continue;
@@ -145,11 +143,11 @@ void ReactionJudge::note_then_ended(std::int64_t time_ns) noexcept {
 
 void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
   for (; first_ != end_ && oldest().begin_ns + within_ns_ < time_ns; ++first_) {
-    const Tracked& reaction = oldest();
+    const OpenReaction& reaction = oldest();
     const std::int64_t limit_ns = reaction.begin_ns + within_ns_;
     // `then` followed in time and is still true.
     if (then_since_ns_ && *then_since_ns_ <= limit_ns) return;
-    if (reaction.was_unknown) {
+    if (first_ < unknown_end_) {
       ++unknown_;
       continue;
     }
@@ -164,49 +162,27 @@ void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
   }
 }
 
-void ReactionJudge::check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-                          std::int64_t time_ns) noexcept {
-  coverage_.check(table, time_ns, judge(table, {.time_ns = time_ns}));
-}
-
-void ReactionJudge::skip(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-                         std::int64_t time_ns) noexcept {
-  advance(table, {.time_ns = time_ns});
-}
-
-void ReactionJudge::check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  judge(table, {.time_ns = time_ns, .is_tick = false});
-}
-
-void ReactionJudge::skip_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  advance(table, {.time_ns = time_ns, .is_tick = false});
-}
-
-void ReactionJudge::advance(const signals::SignalTable& table, signals::Instant instant) noexcept {
+void ReactionJudge::skip(const signals::SignalTable& table, signals::Instant instant) noexcept {
   for (WatchedCondition& condition : conditions_)
     condition.truth(table, instant);
 }
 
-bool ReactionJudge::judge(const signals::SignalTable& table, signals::Instant instant) noexcept {
+void ReactionJudge::check(const signals::SignalTable& table, signals::Instant instant) noexcept {
   const std::int64_t time_ns = instant.time_ns;
   const Truth when = conditions_[0].truth(table, instant);
   const Truth then = conditions_[1].truth(table, instant);
   if (conditions_[0].became_true()) begin(time_ns);
   if (then != Truth::yes) note_then_ended(time_ns);
   end_before(time_ns);  // the time of some may have ended in ticks that were skipped
-  const bool is_evaluated = when != Truth::unknown && (then != Truth::unknown || first_ == end_);
+  coverage_.check(table, instant, when != Truth::unknown && (then != Truth::unknown || first_ == end_));
   if (then == Truth::yes) {
     if (!then_since_ns_) then_since_ns_ = time_ns;
     then_last_ns_ = time_ns;
     complete(time_ns);
-    return is_evaluated;
+    return;
   }
-  if (then == Truth::unknown) {
-    for (std::uint64_t i = first_; i != end_; ++i)
-      open_[i % open_.size()].was_unknown = true;
-  }
+  if (then == Truth::unknown) unknown_end_ = end_;
   end_before(time_ns + 1);
-  return is_evaluated;
 }
 
 std::string ReactionJudge::figures() const {
@@ -214,13 +190,12 @@ std::string ReactionJudge::figures() const {
                      report::counted(in_time_ + late_ + too_short_, "reaction", "reactions") + " in time" +
                      (hold_ns_ > 0 ? " and for long enough" : "");
   if (in_time_ > 0)
-    text += ", the slowest after " + ascii_time(slowest_ns_) + ", at " +
-            report::to_ascii(report::instant(slowest_begin_ns_));
+    text += ", the slowest after " + duration_text(slowest_ns_) + ", at " + instant_text(slowest_begin_ns_);
   if (too_short_ > 0) {
     text += "; " + std::to_string(too_short_) + " too short: " + (too_short_ > 1 ? "in the shortest, " : "") +
-            "'then' became true after " + ascii_time(shortest_.came_ns - shortest_.begin_ns) +
-            " and stayed true for " + ascii_time(shortest_.stayed_ns) + " instead of " +
-            ascii_time(hold_ns_) + ", at " + report::to_ascii(report::instant(shortest_.begin_ns));
+            "'then' became true after " + duration_text(shortest_.came_ns - shortest_.begin_ns) +
+            " and stayed true for " + duration_text(shortest_.stayed_ns) + " instead of " +
+            duration_text(hold_ns_) + ", at " + instant_text(shortest_.begin_ns);
   }
   if (too_short_ > 0 && late_ > 0) text += "; " + std::to_string(late_) + " came too late or not at all";
   const auto add_not_judged = [&](std::uint64_t count, const std::string& why) {
@@ -234,8 +209,8 @@ std::string ReactionJudge::figures() const {
 
 report::Expectation ReactionJudge::result(const Extent& extent) const {
   const std::string claim = "when " + conditions_[0].text() + " then " + conditions_[1].text() + " within " +
-                            ascii_time(within_ns_) +
-                            (hold_ns_ > 0 ? " for at least " + ascii_time(hold_ns_) : "");
+                            duration_text(within_ns_) +
+                            (hold_ns_ > 0 ? " for at least " + duration_text(hold_ns_) : "");
   const std::uint64_t failed = late_ + too_short_, judged = in_time_ + failed;
   report::Expectation result = held_result(name_, coverage_, extent);
   result.result = report::ExpectationResult::not_checked;
@@ -249,12 +224,12 @@ report::Expectation ReactionJudge::result(const Extent& extent) const {
     result.margin_unit = "s";
     result.worst_ns = is_open ? *late_begin_ns_ : worst_begin_ns_;
   }
-  std::optional<OpenSince> open;
+  std::optional<PendingBegin> pending;
   if (end_ > first_) {
-    const Tracked& oldest = open_[first_ % open_.size()];
-    open = OpenSince{oldest.begin_ns, oldest.evaluated_before};
+    const OpenReaction& oldest = open_[first_ % open_.size()];
+    pending = PendingBegin{oldest.begin_ns, oldest.evaluated_before};
   }
-  const std::string shortfall = coverage_.shortfall(extent.ticks, open);
+  const std::string shortfall = coverage_.shortfall(extent.ticks, pending);
   const std::uint64_t could_be_judged = judged + unknown_ + not_judged_;
   if (failed > 0) {
     result.result = report::ExpectationResult::failed;
@@ -271,11 +246,11 @@ report::Expectation ReactionJudge::result(const Extent& extent) const {
 }
 
 std::optional<report::ResponseTime> ReactionJudge::response_times(std::int64_t /*end_ns*/) const {
-  const bool has_all = in_time_ == samples_ns_.size();
+  const bool has_all = in_time_ == times_ns_.size();
   return report::ResponseTime{
-      .name = has_all ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + ")",
+      .name = has_all ? name_ : name_ + " (the first " + std::to_string(times_ns_.size()) + ")",
       .limit_ns = within_ns_,
-      .samples_ns = samples_ns_,
+      .samples_ns = times_ns_,
       .unanswered = late_ + too_short_,
       .not_judged = unknown_ + not_judged_ + (end_ - first_)};
 }

@@ -22,7 +22,7 @@ struct Received {
   /// The signal that is 1 while it is fresh; of a signal that is no part of a message, the signal.
   signals::SignalId state() const noexcept { return fresh.value_or(signals.front()); }
   bool is_fresh(const signals::SignalTable& table) const noexcept;
-  /// Of the newest sample; far in the past before the first one.
+  /// Run time of the newest value; far in the past before the first one.
   std::int64_t newest_ns(const signals::SignalTable& table) const noexcept;
 };
 

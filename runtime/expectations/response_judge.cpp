@@ -69,7 +69,7 @@ void check_claim(const Response& claim, const ClaimCheck& check) {
   check.known.find(claim.reply, check.diagnostics);
 }
 
-std::vector<signals::SignalId> sampled_signals(const Response& claim, const signals::SignalTable& table) {
+std::vector<signals::SignalId> judged_arrivals_of(const Response& claim, const signals::SignalTable& table) {
   return {*table.find(claim.request.text), *table.find(claim.reply.text)};
 }
 
@@ -98,7 +98,7 @@ ResponseJudge::ResponseJudge(const Response& claim, const JudgeContext& context)
                                           ".connected")),
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
-      pending_(std::clamp<std::uint64_t>(context.max_samples, 1, max_pending)) {
+      pending_(std::clamp<std::uint64_t>(context.max_instants(), 1, max_pending)) {
   const auto side = [&](const std::string& signal_name) {
     const signals::SignalId signal = *context.table.find(signal_name);
     return Side{signal_name, signal, arrivals_.keeps(signal), context.table.info(signal).initial,
@@ -107,26 +107,23 @@ ResponseJudge::ResponseJudge(const Response& claim, const JudgeContext& context)
   requests_ = side(claim.request.text);
   replies_ = side(claim.reply.text);
   early_replies_.fill({.value = 0.0, .time_ns = long_ago_ns});
-  samples_ns_.reserve(std::min(context.max_samples, max_kept));
+  times_ns_.reserve(std::min(context.max_instants(), max_kept));
 }
 
-std::optional<ResponseJudge::Known> ResponseJudge::change_of(Side& side,
+std::optional<ResponseJudge::Reply> ResponseJudge::change_of(Side& side,
                                                              const signals::SignalTable& table) noexcept {
   const signals::SignalValue& latched = table.read(side.signal);
   if (side.has_arrivals || !latched.fresh || latched.time_ns == side.last_ns) return std::nullopt;
   side.last_ns = latched.time_ns;
   if (std::exchange(side.last_value, latched.value) == latched.value) return std::nullopt;
-  return Known{.value = latched.value, .time_ns = latched.time_ns};
+  return Reply{.value = latched.value, .time_ns = latched.time_ns};
 }
 
-void ResponseJudge::take(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                         bool is_judged) noexcept {
-  const auto request = [&](Known known) {
-    known.evaluated_before = coverage_.evaluated_ticks();
-    known.is_judged = is_judged;
-    add_request(known);
+void ResponseJudge::take(const signals::SignalTable& table, bool is_judged) noexcept {
+  const auto request = [&](const Reply& arrived) {
+    add_request({arrived, coverage_.evaluated_ticks(), is_judged});
   };
-  for (const Arrival& arrival : arrived) {
+  for (const Arrival& arrival : arrivals_.collected()) {
     if (const auto value = requests_.has_arrivals ? arrival.find(requests_.signal) : std::nullopt)
       request({.value = *value, .time_ns = arrival.time_ns});
     if (const auto value = replies_.has_arrivals ? arrival.find(replies_.signal) : std::nullopt)
@@ -136,21 +133,20 @@ void ResponseJudge::take(const signals::SignalTable& table, std::span<const Arri
   if (const auto change = change_of(replies_, table)) take_reply(*change);
 }
 
-void ResponseJudge::check(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                          std::int64_t time_ns) noexcept {
+void ResponseJudge::check(const signals::SignalTable& table, signals::Instant instant) noexcept {
+  if (!instant.is_tick) return;
   was_checked_ = true;
-  take(table, arrived, true);
-  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
+  take(table, true);
+  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
   // A request without a time-out may be rare: its absence does not reduce the coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
-  coverage_.check(table, time_ns, may_be_rare || table.is_published(requests_.signal));
+  coverage_.check(table, instant, may_be_rare || table.is_known(requests_.signal));
 }
 
-void ResponseJudge::skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
-                         std::int64_t time_ns) noexcept {
-  if (was_checked_) return;  // after the window
-  take(table, arrived, false);
-  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(time_ns);
+void ResponseJudge::skip(const signals::SignalTable& table, signals::Instant instant) noexcept {
+  if (!instant.is_tick || was_checked_) return;  // after the window nothing is matched
+  take(table, false);
+  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
 }
 
 std::string ResponseJudge::figures(const Unanswered& unanswered) const {
@@ -163,8 +159,7 @@ std::string ResponseJudge::figures(const Unanswered& unanswered) const {
   if (unanswered.cut_off > 0)
     text += "; " + report::counted(unanswered.cut_off, "further request", "further requests") +
             " not judged, since the run or the window ended before their time limit";
-  if (!has_all_samples())
-    text += " (the list of times has the first " + std::to_string(samples_ns_.size()) + ")";
+  if (!has_all_times()) text += " (the list of times has the first " + std::to_string(times_ns_.size()) + ")";
   return text;
 }
 
@@ -175,7 +170,7 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
   const std::uint64_t judged = answered_ + unanswered.judged;
   const std::uint64_t could_be_judged = judged + unanswered.disconnected;
   const std::string seen = figures(unanswered);
-  const std::string shortfall = coverage_.shortfall(extent.ticks, open_at(extent.end_ns));
+  const std::string shortfall = coverage_.shortfall(extent.ticks, oldest_pending(extent.end_ns));
   report::Expectation result = held_result(name_, coverage_, extent);
   result.result = report::ExpectationResult::not_checked;
   result.first_failure_ns = first_failure(extent.end_ns);
@@ -187,8 +182,7 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
     result.worst_ns = slowest_request_ns_;
   }
   if (arrivals_.lost() > 0) {
-    result.detail = claim + "can not be judged, " + std::to_string(arrivals_.lost()) +
-                    " frames were lost between the bus and the tick; without them " + seen;
+    result.detail = claim + "can not be judged, " + arrivals_.lost_text() + "; without them " + seen;
   } else if (unanswered.judged > 0 || late_ > 0) {
     result.result = report::ExpectationResult::failed;
     result.detail = claim + seen;
@@ -209,33 +203,33 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
 std::optional<report::ResponseTime> ResponseJudge::response_times(std::int64_t end_ns) const {
   // The name tells when the list lacks answers.
   const std::string name =
-      has_all_samples() ? name_ : name_ + " (the first " + std::to_string(samples_ns_.size()) + " answers)";
+      has_all_times() ? name_ : name_ + " (the first " + std::to_string(times_ns_.size()) + " answers)";
   const Unanswered unanswered = unanswered_by(end_ns);
   return report::ResponseTime{.name = name,
                               .limit_ns = within_ns_,
-                              .samples_ns = samples_ns_,
+                              .samples_ns = times_ns_,
                               .unanswered = unanswered.judged,
                               .not_judged = unanswered.disconnected + unanswered.cut_off};
 }
 
-void ResponseJudge::add_request(Known request) noexcept {
+void ResponseJudge::add_request(Request request) noexcept {
   if (pending_count_ == pending_.size()) count_first_as_unanswered(1);
   pending_[(first_ + pending_count_++) % pending_.size()] = request;
-  Known* earliest = nullptr;
-  for (Known& reply : early_replies_) {
+  Reply* earliest = nullptr;
+  for (Reply& reply : early_replies_) {
     if (reply.value != request.value || reply.time_ns <= request.time_ns) continue;
     if (earliest == nullptr || reply.time_ns < earliest->time_ns) earliest = &reply;
   }
   if (earliest != nullptr && answer(*earliest)) earliest->time_ns = long_ago_ns;
 }
 
-void ResponseJudge::take_reply(Known reply) noexcept {
+void ResponseJudge::take_reply(Reply reply) noexcept {
   if (answer(reply)) return;
   early_replies_[next_early_] = reply;
   next_early_ = (next_early_ + 1) % early_replies_.size();
 }
 
-bool ResponseJudge::answer(Known reply) noexcept {
+bool ResponseJudge::answer(Reply reply) noexcept {
   for (std::size_t i = 0; i < pending_count_; ++i) {
     // A reply before a request does not answer it.
     if (waiting(i).value != reply.value || waiting(i).time_ns > reply.time_ns) continue;
@@ -254,7 +248,7 @@ bool ResponseJudge::answer(Known reply) noexcept {
       ++late_;
       note_failure(waiting(0).time_ns + within_ns_);
     }
-    if (samples_ns_.size() < samples_ns_.capacity()) samples_ns_.push_back(took_ns);
+    if (times_ns_.size() < times_ns_.capacity()) times_ns_.push_back(took_ns);
     drop_first(1);
     return true;
   }
@@ -264,7 +258,7 @@ bool ResponseJudge::answer(Known reply) noexcept {
 /// The replying device is not connected: marks the requests before their time limit.
 void ResponseJudge::mark_disconnected(std::int64_t time_ns) noexcept {
   for (std::size_t i = pending_count_; i-- > 0;) {
-    Known& request = pending_[(first_ + i) % pending_.size()];
+    Request& request = pending_[(first_ + i) % pending_.size()];
     if (request.disconnected || request.time_ns + within_ns_ < time_ns) return;  // older ones likewise
     request.disconnected = true;
   }
@@ -295,7 +289,7 @@ void ResponseJudge::note_failure(std::int64_t time_ns) noexcept {
 ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) const {
   Unanswered count{.judged = unanswered_, .disconnected = unanswered_disconnected_, .cut_off = 0};
   for (std::size_t i = 0; i < pending_count_; ++i) {
-    const Known& request = waiting(i);
+    const Request& request = waiting(i);
     if (!request.is_judged) continue;
     ++(request.disconnected                     ? count.disconnected
        : request.time_ns + within_ns_ <= end_ns ? count.judged
@@ -304,11 +298,11 @@ ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) cons
   return count;
 }
 
-std::optional<OpenSince> ResponseJudge::open_at(std::int64_t end_ns) const {
+std::optional<PendingBegin> ResponseJudge::oldest_pending(std::int64_t end_ns) const {
   for (std::size_t i = 0; i < pending_count_; ++i) {
-    const Known& request = waiting(i);
+    const Request& request = waiting(i);
     if (!request.is_judged || request.disconnected || request.time_ns + within_ns_ <= end_ns) continue;
-    return OpenSince{request.time_ns, request.evaluated_before};
+    return PendingBegin{request.time_ns, request.evaluated_before};
   }
   return std::nullopt;
 }

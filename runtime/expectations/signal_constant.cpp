@@ -28,7 +28,7 @@ bool is_constant(const config::Expression& expression) {
 }  // namespace
 
 ConstantKind limit_kind(const signals::SignalInfo& signal) {
-  return signal.meaning == units::Meaning::difference ? ConstantKind::difference : ConstantKind::value;
+  return signal.value_kind == units::ValueKind::difference ? ConstantKind::difference : ConstantKind::value;
 }
 
 std::optional<double> check_constant(const config::Expression& constant, ConstantKind kind,

@@ -15,7 +15,8 @@ namespace hil::expectations {
 
 enum class ConstantKind : std::uint8_t { value, difference };
 
-/// Of a limit of the signal: a difference where the signal is one, of two temperatures.
+/// The kind of the limits of a signal: `difference` if the signal is a difference of two temperatures, else
+/// `value`.
 ConstantKind limit_kind(const signals::SignalInfo& signal);
 
 /// In the unit of the signal. The expression was checked.

@@ -7,6 +7,7 @@
 #include "runtime/config/numbers.hpp"
 #include "runtime/expectations/signal_constant.hpp"
 #include "runtime/expectations/statistics.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/units/unit.hpp"
 
@@ -14,40 +15,35 @@ namespace hil::expectations {
 namespace {
 
 /// A figure beside one of its limits.
-class LimitedFigure {
- public:
-  struct Data {
-    std::string name;
-    double value = 0.0, limit = 0.0;
-    bool is_max = true;
-    std::string unit{};
-    std::optional<std::int64_t> worst_ns{};
-    bool is_reached = true;  ///< false: the value only grows to its end, as the time of what has not settled
-  };
-  explicit LimitedFigure(Data figure) : data(std::move(figure)) {}
-
-  bool is_held() const { return data.is_reached && difference() >= 0.0; }
-  /// NaN: it failed, and by how much is not known.
-  double margin() const {
-    const bool is_known = data.is_reached || difference() < 0.0;
-    return is_known ? difference() : std::numeric_limits<double>::quiet_NaN();
-  }
-  /// As a share of the limit. Of a limit of 0: infinite, with its sign.
-  double relative_margin() const {
-    if (std::isnan(margin())) return -std::numeric_limits<double>::infinity();
-    return margin() == 0.0 ? 0.0 : margin() / std::abs(data.limit);
-  }
-
-  Data data;
-
- private:
-  double difference() const { return data.is_max ? data.limit - data.value : data.value - data.limit; }
+struct FigureLimit {
+  std::string name;
+  double value = 0.0, limit = 0.0;
+  bool is_max = true;
+  std::string unit{};
+  std::optional<std::int64_t> worst_ns{};
+  bool is_reached = true;  ///< false: the value only grows to its end, as the time of what has not settled
 };
+double distance(const FigureLimit& figure) {
+  return figure.is_max ? figure.limit - figure.value : figure.value - figure.limit;
+}
+bool is_held(const FigureLimit& figure) {
+  return figure.is_reached && distance(figure) >= 0.0;
+}
+/// NaN: it failed, and by how much is not known.
+double margin(const FigureLimit& figure) {
+  const bool is_known = figure.is_reached || distance(figure) < 0.0;
+  return is_known ? distance(figure) : std::numeric_limits<double>::quiet_NaN();
+}
+/// As a share of the limit. Of a limit of 0: infinite, with its sign.
+double relative_margin(const FigureLimit& figure) {
+  if (std::isnan(margin(figure))) return -std::numeric_limits<double>::infinity();
+  return margin(figure) == 0.0 ? 0.0 : margin(figure) / std::abs(figure.limit);
+}
 
 /// The step that an overshoot or a settling time belongs to, in the unit of the signal.
-struct Step {
-  double of = 0.0, from = 0.0;
-  double size() const { return of - from; }
+struct StepChange {
+  double to = 0.0, from = 0.0;
+  double size() const { return to - from; }
 };
 
 class StatisticsJudge final : public Judge {
@@ -64,11 +60,11 @@ class StatisticsJudge final : public Judge {
     if (claim.settling) settling_of_ = values_of(claim.settling->step);
   }
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    const std::int64_t time_ns = instant.time_ns;
     const double value = table.value(signal_);
-    const bool is_known = table.is_published(signal_) && !std::isnan(value);
-    coverage_.check(table, time_ns, is_known);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
+    coverage_.check(table, instant, is_known);
     if (!is_known) return;
     if (count_ == 0) begin(value, time_ns);
     ++count_;
@@ -78,17 +74,15 @@ class StatisticsJudge final : public Judge {
     if (value < smallest_) smallest_ = value, smallest_ns_ = time_ns;
     if (value > largest_) largest_ = value, largest_ns_ = time_ns;
     if (claim_.overshoot) {
-      const double excess = (value - overshoot_of_.of) * (overshoot_of_.size() < 0.0 ? -1.0 : 1.0);
+      const double excess = (value - overshoot_of_.to) * (overshoot_of_.size() < 0.0 ? -1.0 : 1.0);
       if (excess > excess_) excess_ = excess, excess_ns_ = time_ns;
     }
     if (!claim_.settling) return;
     const double band = claim_.settling->within * std::abs(settling_of_.size());
-    const bool is_outside = std::abs(value - settling_of_.of) > band;
+    const bool is_outside = std::abs(value - settling_of_.to) > band;
     if (is_outside) settled_ns_.reset(), outside_ns_ = time_ns;
     if (!is_outside && !settled_ns_) settled_ns_ = time_ns;
   }
-  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
-            std::int64_t /*time_ns*/) noexcept override {}
 
   report::Expectation result(const Extent& extent) const override {
     report::Expectation result = held_result(name_, coverage_, extent);
@@ -104,15 +98,15 @@ class StatisticsJudge final : public Judge {
     result.figures = recorded(limited);
     const bool has_step = (!claim_.overshoot || overshoot_of_.size() != 0.0) &&
                           (!claim_.settling || settling_of_.size() != 0.0);
-    const auto worst = std::ranges::min_element(limited, {}, &LimitedFigure::relative_margin);
+    const auto worst = std::ranges::min_element(limited, {}, relative_margin);
     if (worst != limited.end()) {
-      result.margin = worst->margin();
-      result.margin_unit = worst->data.unit;
-      result.worst_ns = worst->data.worst_ns;
+      result.margin = margin(*worst);
+      result.margin_unit = worst->unit;
+      result.worst_ns = worst->worst_ns;
     }
-    if (std::ranges::any_of(limited, [](const LimitedFigure& one) { return !one.is_held(); })) {
+    if (!std::ranges::all_of(limited, is_held)) {
       result.result = report::ExpectationResult::failed;
-      result.first_failure_ns = worst->data.worst_ns.value_or(extent.end_ns);
+      result.first_failure_ns = worst->worst_ns.value_or(extent.end_ns);
     } else if (!shortfall.empty()) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and " + shortfall;
@@ -131,41 +125,41 @@ class StatisticsJudge final : public Judge {
     return figure == Statistics::standard_deviation ? "standard deviation" : key_of(figure);
   }
   /// "mean 5.2 m is above 5 m": the limits that do not hold, with value and bound in one unit.
-  static std::string broken_limits(const std::vector<LimitedFigure>& limited) {
+  static std::string broken_limits(const std::vector<FigureLimit>& limited) {
     std::string text;
-    for (const LimitedFigure& one : limited) {
-      if (one.is_held()) continue;
+    for (const FigureLimit& figure : limited) {
+      if (is_held(figure)) continue;
       const auto in_unit = [&](double value) {
-        return config::format_number(value, 7) + (one.data.unit.empty() ? "" : " " + one.data.unit);
+        return config::format_number(value, 7) + (figure.unit.empty() ? "" : " " + figure.unit);
       };
-      text += "; " + one.data.name + " " + in_unit(one.data.value) +
-              (!one.data.is_reached ? " at the end, and still growing; the limit is "
-               : one.data.is_max    ? " is above "
-                                    : " is below ") +
-              in_unit(one.data.limit);
+      text += "; " + figure.name + " " + in_unit(figure.value) +
+              (!figure.is_reached ? " at the end, and still growing; the limit is "
+               : figure.is_max    ? " is above "
+                                  : " is below ") +
+              in_unit(figure.limit);
     }
     return text;
   }
-  static std::vector<report::LimitedFigure> recorded(const std::vector<LimitedFigure>& limited) {
+  static std::vector<report::LimitedFigure> recorded(const std::vector<FigureLimit>& limited) {
     std::vector<report::LimitedFigure> all;
-    for (const LimitedFigure& one : limited) {
-      if (all.empty() || all.back().name != one.data.name)
+    for (const FigureLimit& figure : limited) {
+      if (all.empty() || all.back().name != figure.name)
         all.push_back(
-            {.name = one.data.name, .value = one.data.value, .unit = one.data.unit, .min = {}, .max = {}});
-      (one.data.is_max ? all.back().max : all.back().min) = one.data.limit;
-      all.back().is_held = all.back().is_held && one.is_held();
+            {.name = figure.name, .value = figure.value, .unit = figure.unit, .min = {}, .max = {}});
+      (figure.is_max ? all.back().max : all.back().min) = figure.limit;
+      all.back().is_held = all.back().is_held && is_held(figure);
     }
     return all;
   }
   /// NaN: it begins at the value on the first tick.
-  Step values_of(const StepResponse& step) const {
+  StepChange values_of(const StepResponse& step) const {
     return {constant_value(step.of, limit_kind_, unit_), step.from
                                                              ? constant_value(*step.from, limit_kind_, unit_)
                                                              : std::numeric_limits<double>::quiet_NaN()};
   }
   void begin(double value, std::int64_t time_ns) noexcept {
     begin_ns_ = time_ns;
-    for (Step* step : {&overshoot_of_, &settling_of_})
+    for (StepChange* step : {&overshoot_of_, &settling_of_})
       if (std::isnan(step->from)) step->from = value;
   }
   double deviation() const { return std::sqrt(squares_ / static_cast<double>(count_)); }
@@ -191,8 +185,8 @@ class StatisticsJudge final : public Judge {
     return settled_ns_.value_or(extent.end_ns) - begin_ns_;
   }
 
-  std::vector<LimitedFigure> limited_figures(const Extent& extent) const {
-    std::vector<LimitedFigure> all;
+  std::vector<FigureLimit> limited_figures(const Extent& extent) const {
+    std::vector<FigureLimit> all;
     for (const auto figure : {Statistics::mean, Statistics::rms, Statistics::standard_deviation,
                               Statistics::smallest, Statistics::largest}) {
       const bool is_difference = figure == Statistics::standard_deviation;
@@ -206,20 +200,17 @@ class StatisticsJudge final : public Judge {
       const Limits& limits = claim_.limits[figure];
       const std::string& unit = is_difference ? difference_.symbol : unit_;
       if (limits.min)
-        all.emplace_back(LimitedFigure::Data{words_of(figure), value_of(figure), limit(*limits.min), false,
-                                             unit, worst_ns});
+        all.push_back({words_of(figure), value_of(figure), limit(*limits.min), false, unit, worst_ns});
       if (limits.max)
-        all.emplace_back(LimitedFigure::Data{words_of(figure), value_of(figure), limit(*limits.max), true,
-                                             unit, worst_ns});
+        all.push_back({words_of(figure), value_of(figure), limit(*limits.max), true, unit, worst_ns});
     }
     if (claim_.overshoot && overshoot_of_.size() != 0.0)
-      all.emplace_back(LimitedFigure::Data{"overshoot", 100.0 * overshoot(),
-                                           100.0 * claim_.overshoot->at_most, true, "%", excess_ns_});
+      all.push_back(
+          {"overshoot", 100.0 * overshoot(), 100.0 * claim_.overshoot->at_most, true, "%", excess_ns_});
     if (claim_.settling && settling_of_.size() != 0.0) {
       const double settling_s = static_cast<double>(settling_ns(extent)) / 1e9;
       const double limit_s = static_cast<double>(claim_.settling->at_most_ns) / 1e9;
-      all.emplace_back(LimitedFigure::Data{"settling time", settling_s, limit_s, true, "s", outside_ns_,
-                                           settled_ns_.has_value()});
+      all.push_back({"settling time", settling_s, limit_s, true, "s", outside_ns_, settled_ns_.has_value()});
     }
     return all;
   }
@@ -235,8 +226,8 @@ class StatisticsJudge final : public Judge {
     if (claim_.overshoot && overshoot_of_.size() != 0.0)
       text += ", overshoot " + report::to_ascii(report::quantity_text(100.0 * overshoot(), "%"));
     if (claim_.settling && settling_of_.size() != 0.0) {
-      text += settled_ns_ ? ", settling time " + report::to_ascii(report::chosen_time(settling_ns(extent)))
-                          : ", not settled at the end";
+      text +=
+          settled_ns_ ? ", settling time " + duration_text(settling_ns(extent)) : ", not settled at the end";
     }
     return text;
   }
@@ -248,7 +239,7 @@ class StatisticsJudge final : public Judge {
   const ConstantKind limit_kind_;
   const units::DifferenceUnit difference_;
   Coverage coverage_;
-  Step overshoot_of_, settling_of_;
+  StepChange overshoot_of_, settling_of_;
   std::uint64_t count_ = 0;
   double mean_ = 0.0, squares_ = 0.0;  ///< the sum of squared deviations from the mean
   double smallest_ = std::numeric_limits<double>::infinity();

@@ -9,6 +9,7 @@
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/units.hpp"
 #include "runtime/expectations/signal_constant.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/units/unit.hpp"
 
@@ -36,13 +37,13 @@ class TracksJudge final : public Judge {
     reference_.rewind();
   }
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> /*arrived*/,
-             std::int64_t time_ns) noexcept override {
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    const std::int64_t time_ns = instant.time_ns;
     advance(time_ns);
     if (time_ns < begin_ns_ || time_ns > end_ns_) return;
     const double value = table.value(signal_);
-    const bool is_known = table.is_published(signal_) && !std::isnan(value);
-    coverage_.check(table, time_ns, is_known);
+    const bool is_known = table.is_known(signal_) && !std::isnan(value);
+    coverage_.check(table, instant, is_known);
     if (!is_known) return;
     if (!first_compared_ns_) first_compared_ns_ = time_ns;
     last_compared_ns_ = time_ns;
@@ -55,9 +56,8 @@ class TracksJudge final : public Judge {
       fit.worst_ns = time_ns;
     }
   }
-  void skip(const signals::SignalTable& /*table*/, std::span<const Arrival> /*arrived*/,
-            std::int64_t time_ns) noexcept override {
-    advance(time_ns);
+  void skip(const signals::SignalTable& /*table*/, signals::Instant instant) noexcept override {
+    advance(instant.time_ns);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -76,8 +76,7 @@ class TracksJudge final : public Judge {
         if (fit_at(signed_shift).worst_error < fit_at(best).worst_error) best = signed_shift;
     }
     const Fit& fit = fit_at(best);
-    result.detail += "greatest error " + text_of(fit.worst_error) + " at " +
-                     report::to_ascii(report::instant(fit.worst_ns));
+    result.detail += "greatest error " + text_of(fit.worst_error) + " at " + instant_text(fit.worst_ns);
     if (shift_ticks_ > 0) result.detail += ", after a shift of " + config::format_duration(best * period_ns_);
     result.detail += "; " + compared(result.evaluated_ticks);
     result.margin = (tolerance_ - fit.worst_error) / difference_.factor;
@@ -100,10 +99,9 @@ class TracksJudge final : public Judge {
 
  private:
   std::string compared(std::uint64_t instants) const {
-    const auto at = [](std::int64_t time_ns) { return report::to_ascii(report::chosen_time(time_ns)); };
-    if (instants == 1) return "1 instant was compared, at " + at(*first_compared_ns_);
-    return std::to_string(instants) + " instants were compared, from " + at(*first_compared_ns_) + " to " +
-           at(last_compared_ns_);
+    if (instants == 1) return "1 instant was compared, at " + duration_text(*first_compared_ns_);
+    return std::to_string(instants) + " instants were compared, from " + duration_text(*first_compared_ns_) +
+           " to " + duration_text(last_compared_ns_);
   }
 
   /// The comparison with one shift.

@@ -4,15 +4,11 @@
 #include <utility>
 
 #include "runtime/config/units.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/expectations/watched_condition.hpp"
-#include "runtime/report/quantities.hpp"
 
 namespace hil::expectations {
 namespace {
-
-std::string window_instant(std::int64_t time_ns) {
-  return report::to_ascii(report::instant(time_ns));
-}
 
 class WindowedJudge final : public Judge {
  public:
@@ -26,24 +22,12 @@ class WindowedJudge final : public Judge {
     if (window.until) until_.emplace(*window.until, context.table, with_seed(context, 2));
   }
 
-  void check(const signals::SignalTable& table, std::span<const Arrival> arrived,
-             std::int64_t time_ns) noexcept override {
-    move_to(table, {.time_ns = time_ns});
+  void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
+    move_to(table, instant);
     if (is_open_)
-      judge_->check(table, arrived, time_ns);
+      judge_->check(table, instant);
     else
-      judge_->skip(table, arrived, time_ns);
-  }
-  void skip(const signals::SignalTable& table, std::span<const Arrival> arrived,
-            std::int64_t time_ns) noexcept override {
-    judge_->skip(table, arrived, time_ns);
-  }
-  void check_frame(const signals::SignalTable& table, std::int64_t time_ns) noexcept override {
-    move_to(table, {.time_ns = time_ns, .is_tick = false});
-    if (is_open_)
-      judge_->check_frame(table, time_ns);
-    else
-      judge_->skip_frame(table, time_ns);
+      judge_->skip(table, instant);
   }
 
   bool judged_in_last_check() const noexcept override { return is_open_ && judge_->judged_in_last_check(); }
@@ -56,11 +40,11 @@ class WindowedJudge final : public Judge {
     const Extent inside = extent_of_window(extent);
     report::Expectation result = judge_->result(inside);
     result.detail +=
-        "; in the window from " + window_instant(*opened_ns_) + " to " + window_instant(inside.end_ns);
+        "; in the window from " + instant_text(*opened_ns_) + " to " + instant_text(inside.end_ns);
     const bool is_cut = to_ns_ && !closed_ns_ && extent.end_ns < *to_ns_;
     if (is_cut && result.result == report::ExpectationResult::held) {
       result.result = report::ExpectationResult::not_checked;
-      result.detail += ", and the run ended before the end of the window at " + window_instant(*to_ns_);
+      result.detail += ", and the run ended before the end of the window at " + instant_text(*to_ns_);
     }
     return result;
   }
@@ -84,11 +68,11 @@ class WindowedJudge final : public Judge {
   }
   std::string reason(const Extent& extent) const {
     if (extent.end_ns <= from_ns_)
-      return ": the run ended at " + window_instant(extent.end_ns) + ", before " + window_instant(from_ns_);
-    const std::string by = to_ns_ ? " up to " + window_instant(std::min(*to_ns_, extent.end_ns)) : "";
+      return ": the run ended at " + instant_text(extent.end_ns) + ", before " + instant_text(from_ns_);
+    const std::string by = to_ns_ ? " up to " + instant_text(std::min(*to_ns_, extent.end_ns)) : "";
     if (!after_) return ": no tick of the run is in it";
     return ": '" + after_->text() + "' was not true" +
-           (from_ns_ > 0 ? " from " + window_instant(from_ns_) + " on" : "") + by;
+           (from_ns_ > 0 ? " from " + instant_text(from_ns_) + " on" : "") + by;
   }
   std::int64_t end_of_window(std::int64_t end_ns) const {
     if (to_ns_) end_ns = std::min(end_ns, *to_ns_);

@@ -1,9 +1,9 @@
 #pragma once
-// The window of an expectation: another judge sees only the ticks of the window.
+// The window of an expectation: another judge sees only the instants of the window.
 //
-// The window opens on the first tick at `from` or later on which `after` is true. It is closed for good from
-// the first tick after `to`, or from the first later tick on which `until` is true. A condition that is
-// unknown neither opens nor closes it. An expectation whose window did not open is not checked.
+// The window opens at the first instant at `from` or later at which `after` is true. It is closed for good
+// from the first instant after `to`, or from the first later instant at which `until` is true. A condition
+// that is unknown neither opens nor closes it. An expectation whose window did not open is not checked.
 //
 // Threads: as Judge.
 

@@ -1,7 +1,6 @@
 #include "runtime/expression/call_type.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -98,12 +97,11 @@ class CallTyping {
     std::optional<std::uint32_t> like;
     for (std::size_t k = 0; k < parts.size(); ++k)
       if (kind_of(k) == 'q' && (!like || rank(*like) < rank(parts[k]))) like = parts[k];
-    if (function.name == "noise" && !operands_.take_difference(*like, "'noise'")) return {};
+    if (function.takes_difference && !operands_.take_difference(*like, in_quotes(function.name))) return {};
     Type common = like ? operands_[*like] : Type{.kind = Type::Kind::bare};
     for (std::size_t k = 0; k < parts.size(); ++k)
       if (!check_argument(i, parts[k], kind_of(k), like, common)) return {};
-    constexpr std::array<std::string_view, 4> from_zero{"abs", "sign", "hypot", "mod"};
-    if (common.is_point() && std::ranges::find(from_zero, function.name) != from_zero.end())
+    if (function.needs_absolute_zero && common.is_point())
       return operands_.fail(i, in_quotes(function.name) + " of a temperature" +
                                    (common.unit ? " in " + common.unit->symbol : std::string()) +
                                    " depends on where its scale begins; write K, or take a difference");
@@ -129,7 +127,7 @@ class CallTyping {
         return check_rate(i, part, common);
       case 'q': {
         if (part == *like) return operands_.need_number(i, part);
-        const auto both = operands_.joined(i, *like, part, Offset::of_values);
+        const auto both = operands_.common_type(i, *like, part, BareNumber::is_value);
         if (!both) return false;
         if (!both->unit) common.unit.reset();
         common.temperature = both->temperature;
@@ -184,15 +182,15 @@ class CallTyping {
     if (common.kind != Type::Kind::quantity) {
       if (type.is_plain()) return true;
     } else {
-      const auto wanted = units::product(common.dimension, {{0, 0, -1}});
+      const auto required = units::product(common.dimension, {{0, 0, -1}});
       const units::Angle angle{common.angle.exponent, common.angle.in_turns, true};
-      if (type.kind == Type::Kind::quantity && wanted && type.dimension == *wanted &&
+      if (type.kind == Type::Kind::quantity && required && type.dimension == *required &&
           operands_.take_angle(part, angle))
         return true;
-      if (type.kind == Type::Kind::bare && common.unit && common.unit->offset == 0.0 && wanted) {
+      if (type.kind == Type::Kind::bare && common.unit && common.unit->offset == 0.0 && required) {
         Unit unit = *common.unit;
         unit.symbol += unit.symbol.empty() ? "1/s" : "/s";
-        unit.dimension = *wanted;
+        unit.dimension = *required;
         operands_.take_unit(part, unit);
         return true;
       }
@@ -211,11 +209,11 @@ class CallTyping {
       if (common.kind == Type::Kind::opaque)
         return operands_.fail(i,
                               in_quotes(common.opaque_unit) + " is not a known unit, so the result has none");
-      Type made = quantity(*dimension);
-      made.angle = {common.angle.exponent, common.angle.in_turns, true};
+      Type result = quantity(*dimension);
+      result.angle = {common.angle.exponent, common.angle.in_turns, true};
       if (common.kind == Type::Kind::bare || (common.unit && units::is_si(*common.unit)))
-        made.unit = natural_unit(made);
-      return made;
+        result.unit = natural_unit(result);
+      return result;
     };
     switch (kind) {
       case 't':
@@ -236,13 +234,13 @@ class CallTyping {
         if (common.angle.in_turns && common.angle.exponent % 2 != 0 && !dimension->is_one())
           return operands_.fail(parts[0], "a value in " + unit_text(common) +
                                               " counts turns, of which there is no square root");
-        Type made = quantity(*dimension);
+        Type result = quantity(*dimension);
         if (common.angle.exponent % 2 == 0)
-          made.angle = {static_cast<std::int8_t>(common.angle.exponent / 2), common.angle.in_turns, true};
-        if (made.angle.exponent == 0) made.angle.in_turns = false;
+          result.angle = {static_cast<std::int8_t>(common.angle.exponent / 2), common.angle.in_turns, true};
+        if (result.angle.exponent == 0) result.angle.in_turns = false;
         if (dimension->is_one() || (common.unit && units::is_si(*common.unit)))
-          made.unit = natural_unit(made);
-        return made;
+          result.unit = natural_unit(result);
+        return result;
       }
       case 'v':
         return times(-1);
@@ -263,32 +261,34 @@ class CallTyping {
     for (const std::uint32_t part : parts)
       if (operands_[part].kind == Type::Kind::opaque)
         return operands_.fail(part, in_quotes(operands_[part].opaque_unit) + " is not a known unit");
-    const auto limits = operands_.joined(i, parts[4], parts[5], Offset::of_values);
+    const auto limits = operands_.common_type(i, parts[4], parts[5], BareNumber::is_value);
     if (!limits) return {};
     if (limits->is_point())
-      return operands_.fail(parts[4], "'pid' has limits of a difference, as its output is one; write K");
+      return operands_.fail(parts[4], "the output of 'pid' is a difference, so its limits can not be in " +
+                                          (limits->unit ? limits->unit->symbol : "degC or degF") +
+                                          "; write them in K");
     const Dimension output = limits->dimension, error = operands_[parts[0]].dimension;
     const auto inverse = units::power(error, -1);
     for (int k = 1; k <= 3; ++k) {
       const auto seconds = static_cast<std::int8_t>(k == 2 ? -1 : k == 3 ? 1 : 0);
       const auto per_error = inverse ? units::product(output, *inverse) : std::nullopt;
-      const auto wanted = per_error ? units::product(*per_error, {{0, 0, seconds}}) : std::nullopt;
+      const auto required = per_error ? units::product(*per_error, {{0, 0, seconds}}) : std::nullopt;
       const Type& gain = operands_[parts[static_cast<std::size_t>(k)]];
       if (gain.kind == Type::Kind::bare) continue;
       const units::Angle& of_error = operands_[parts[0]].angle;
       const int exponent = limits->angle.exponent - of_error.exponent;
       const units::Angle angle{static_cast<std::int8_t>(std::clamp(exponent, -100, 100)),
                                exponent != 0 && (limits->angle.in_turns || of_error.in_turns), true};
-      if (wanted && gain.dimension == *wanted &&
+      if (required && gain.dimension == *required &&
           !operands_.take_angle(parts[static_cast<std::size_t>(k)], angle))
         return operands_.fail(parts[static_cast<std::size_t>(k)],
-                              std::string("this gain is in ") + unit_text(gain) +
-                                  units::angle_hint(*wanted, gain.angle, angle));
-      if (!wanted || gain.dimension != *wanted)
+                              std::string("this gain is ") + in_unit_text(gain) +
+                                  units::angle_hint(*required, gain.angle, angle));
+      if (!required || gain.dimension != *required)
         return operands_.fail(
             parts[static_cast<std::size_t>(k)],
-            std::string("this gain is in ") + unit_text(gain) + ", but needs " +
-                (wanted ? units::si_symbol(*wanted) : "a unit with an exponent beyond 100"));
+            std::string("this gain is ") + in_unit_text(gain) + ", but needs " +
+                (required ? units::si_symbol(*required) : "a unit with an exponent beyond 100"));
     }
     return *limits;
   }
@@ -329,8 +329,8 @@ Type table_call_type(OperandTypes& operands, std::size_t node, const Table& tabl
     } else if (type.kind != Type::Kind::quantity || type.dimension != unit.dimension ||
                (unit.offset != 0.0 && type.temperature == Temperature::difference) ||
                !operands.take_angle(part, unit.angle)) {
-      return operands.fail(part, "the table " + in_quotes(call.word.text) + " takes a value in " +
-                                     unit_text(quantity(unit)) + "; this is in " + unit_text(type));
+      return operands.fail(part, "the table " + in_quotes(call.word.text) + " takes " +
+                                     described(quantity(unit)) + "; this is " + in_unit_text(type));
     }
   }
   return quantity(table.unit());

@@ -35,7 +35,7 @@ class Compiler {
         variables_(nodes_.size()),
         named_(nodes_.size()) {}
 
-  std::optional<Program> compile(const Wanted& wanted) {
+  std::optional<Program> compile(const ResultSpec& spec) {
     const std::size_t before = diagnostics_.count();
     for (const Node& node : nodes_) {
       if (!calls_unknown_function(node)) continue;
@@ -44,11 +44,11 @@ class Compiler {
     }
     for (std::size_t i = 0; i < nodes_.size(); ++i)
       if (!is_untyped_[i]) types_[i] = type_of(i);
-    want(wanted);
+    check_result(spec);
     if (diagnostics_.count() != before || types_[nodes_.size() - 1].kind == Type::Kind::invalid)
       return std::nullopt;
     write(nodes_.size() - 1);
-    if (wanted.truth && types_[nodes_.size() - 1].kind != Type::Kind::truth)
+    if (spec.truth && types_[nodes_.size() - 1].kind != Type::Kind::truth)
       add({.code = Program::Code::truth_of_number});
     program_.stack_.resize(max_depth_);
     program_.plain_stack_.resize(max_depth_);
@@ -148,11 +148,11 @@ class Compiler {
     types_.conversion(i) = unit->to_si();
     Type type = quantity(*unit);
     type.lacks_unit = variables_[i]->lacks_unit;
-    if (variables_[i]->meaning == units::Meaning::written) return type;
+    if (variables_[i]->value_kind == units::ValueKind::as_unit) return type;
     type.angle.is_open = type.unit->angle.is_open = true;
     if (type.temperature == Temperature::kelvin)
-      type.temperature = variables_[i]->meaning == units::Meaning::difference ? Temperature::difference
-                                                                              : Temperature::computed;
+      type.temperature = variables_[i]->value_kind == units::ValueKind::difference ? Temperature::difference
+                                                                                   : Temperature::open;
     return type;
   }
 
@@ -228,7 +228,7 @@ class Compiler {
       if (!is_value_name(i, name)) continue;
       if (!set_named_value(name, signal)) return {};
     }
-    const auto both = types_.joined(i, left, right, Offset::of_values);
+    const auto both = types_.common_type(i, left, right, BareNumber::is_value);
     if (!both) return {};
     for (const auto& [part, other] : {std::pair(left, right), std::pair(right, left)}) {
       if (auto reason = constant_comparison(nodes_, i, part, types_[other].constant))
@@ -290,8 +290,8 @@ class Compiler {
   Type sum_type(std::size_t i) {
     const std::uint32_t left = nodes_[i].parts[0], right = nodes_[i].parts[1];
     const bool is_sum = nodes_[i].operation == Operation::add;
-    auto both = nodes_[i].is_margin ? types_.joined(i, left, right, Offset::of_values)
-                                    : types_.summed(i, left, right, is_sum);
+    auto both = nodes_[i].is_margin ? types_.common_type(i, left, right, BareNumber::is_value)
+                                    : types_.type_of_sum(i, left, right, is_sum);
     if (!both) return {};
     if (nodes_[i].is_margin && both->temperature != Temperature::none) {
       both->temperature = Temperature::difference;
@@ -354,7 +354,8 @@ class Compiler {
                           !units::is_rate(radius->dimension) && (radius == &a || !divides);
       if (is_arc) type.unit = radius->unit;
     }
-    // Of one angle and a share, or of rates and times, it is an angle, and a number beside it may be in deg.
+    // The product of one angle and a share, or of a rate and a time, is an angle, so a number beside it may
+    // be in deg.
     const bool is_angle = dimension->is_one() && std::abs(type.angle.exponent) == 1;
     if ((is_in_si(a) && is_in_si(b)) || (dimension->is_one() && !is_angle)) type.unit = natural_unit(type);
     if (type.unit && type.unit->offset != 0.0) type.unit.reset();
@@ -370,7 +371,7 @@ class Compiler {
            !scaled.dimension.is_one();
   }
 
-  /// Of a product with the power of `b`. False: its exponent is beyond the limit.
+  /// Sets the angle of a product with the given power of `b`. False: its exponent is beyond the limit.
   static bool set_angle(Type& type, const Type& a, const Type& b, int power) {
     const int exponent = a.angle.exponent + power * b.angle.exponent;
     if (std::abs(exponent) > 100) return false;
@@ -429,13 +430,11 @@ class Compiler {
     if (!types_.need_truth(parts[0], "'if'")) return {};
     if (types_[parts[1]].kind == Type::Kind::truth && types_[parts[2]].kind == Type::Kind::truth)
       return truth();
-    const auto both = types_.joined(i, parts[1], parts[2], Offset::of_values);
+    const auto both = types_.common_type(i, parts[1], parts[2], BareNumber::is_value);
     return both ? *both : Type{};
   }
 
   // ---- the result
-
-  static std::string unit_name(const std::string& unit) { return unit.empty() ? "a plain number" : unit; }
 
   /// The result is in the unit of the expression itself.
   void keep_unit(const Type& type) {
@@ -444,10 +443,10 @@ class Compiler {
     const bool is_difference = type.temperature == Temperature::difference;
     const Unit unit = type.unit && !is_difference ? *type.unit : natural_unit(type);
     if (is_difference) {
-      program_.meaning_ = units::Meaning::difference;
-    } else if (type.temperature == Temperature::computed ||
+      program_.value_kind_ = units::ValueKind::difference;
+    } else if (type.temperature == Temperature::open ||
                (units::is_rate(type.dimension) && type.angle.exponent == 0 && type.angle.is_open)) {
-      program_.meaning_ = units::Meaning::computed;
+      program_.value_kind_ = units::ValueKind::open;
     }
     if (unit.dimension.is_one() && units::is_si(unit)) return;
     program_.unit_ = unit.symbol;
@@ -463,14 +462,14 @@ class Compiler {
     if (type.unit && (operation == Operation::number || (operation == Operation::name && variables_[last])))
       types_.conversion(last) = *units::conversion(*type.unit, unit);
     else
-      program_.to_wanted_ =
+      program_.to_result_unit_ =
           *units::conversion({.symbol = {}, .dimension = type.dimension, .angle = type.angle}, unit);
   }
 
-  /// Of the wanted result.
-  static std::optional<Unit> unit_of(const Wanted& wanted) {
-    auto unit = units::parse_unit(*wanted.unit);
-    if (!unit || !wanted.is_rate) return unit;
+  /// The unit of the required result.
+  static std::optional<Unit> unit_of(const ResultSpec& spec) {
+    auto unit = units::parse_unit(*spec.unit);
+    if (!unit || !spec.is_rate) return unit;
     const auto dimension = units::product(unit->dimension, {{0, 0, -1}});
     if (!dimension) return std::nullopt;
     unit->dimension = *dimension;
@@ -478,50 +477,50 @@ class Compiler {
     return unit;
   }
 
-  void want(const Wanted& wanted) {
+  void check_result(const ResultSpec& spec) {
     const auto last = static_cast<std::uint32_t>(nodes_.size() - 1);
     const Type& type = types_[last];
     if (type.kind == Type::Kind::invalid) return;
-    if (!wanted.truth && !wanted.unit) {
+    if (!spec.truth && !spec.unit) {
       keep_unit(type);
       return;
     }
-    program_.unit_ = wanted.truth ? "" : *wanted.unit;
-    if (wanted.truth) {
+    program_.unit_ = spec.truth ? "" : *spec.unit;
+    if (spec.truth) {
       if (type.kind != Type::Kind::truth && !type.is_plain())
-        types_.fail(last, wanted.what + " has to be true or false; this is a value in " + unit_text(type));
+        types_.fail(last, spec.what + " has to be true or false; this is " + described(type));
       else if (nodes_[last].operation == Operation::number)
-        types_.fail(last, wanted.what + " has to be true or false; this is a number");
+        types_.fail(last, spec.what + " has to be true or false; this is a number");
       return;
     }
-    const auto unit = unit_of(wanted);
-    if (wanted.is_rate) program_.unit_ += program_.unit_.empty() ? "1/s" : "/s";
-    const std::string& name = program_.unit_;
+    const auto unit = unit_of(spec);
+    if (spec.is_rate) program_.unit_ += program_.unit_.empty() ? "1/s" : "/s";
+    const std::string required = spec.what + " is " + in_unit_text(program_.unit_);
     if (type.kind == Type::Kind::truth) {
-      if (!unit || !unit->dimension.is_one())
-        types_.fail(last, wanted.what + " is in " + unit_name(name) + "; this is true or false");
+      if (!unit || !unit->dimension.is_one()) types_.fail(last, required + "; this is true or false");
       return;
     }
-    if (type.kind == Type::Kind::bare) return;  // it has the wanted unit
+    if (type.kind == Type::Kind::bare) return;  // it takes the unit
     if (!unit || type.kind == Type::Kind::opaque) {
-      if (type.kind == Type::Kind::opaque && type.opaque_unit == name) return;
-      types_.fail(last, wanted.what + " is in " + unit_name(name) + "; this is in " + unit_text(type));
+      if (type.kind == Type::Kind::opaque && type.opaque_unit == program_.unit_) return;
+      types_.fail(last, required + "; this is " + in_unit_text(type));
       return;
     }
-    if (unit->dimension != type.dimension || !units::turns_between(type.dimension, type.angle, unit->angle)) {
-      types_.fail(last, wanted.what + " is in " + unit_name(name) + "; this is in " + unit_text(type) +
+    if (unit->dimension != type.dimension ||
+        !units::two_pi_exponent_between(type.dimension, type.angle, unit->angle)) {
+      types_.fail(last, required + "; this is " + in_unit_text(type) +
                             (unit->dimension == type.dimension
                                  ? units::angle_hint(type.dimension, type.angle, unit->angle)
                                  : ""));
       return;
     }
-    if (wanted.is_difference && !types_.take_difference(last, wanted.what)) return;
+    if (spec.is_difference && !types_.take_difference(last, spec.what)) return;
     if (type.temperature == Temperature::difference) {
       if (unit->offset != 0.0) {
-        types_.fail(last, wanted.what + " is in " + name + "; this is a difference, which is in K");
+        types_.fail(last, required + "; this is a difference, which is in K");
         return;
       }
-      program_.meaning_ = units::Meaning::difference;
+      program_.value_kind_ = units::ValueKind::difference;
     }
     convert_to(*unit);
   }
@@ -603,9 +602,9 @@ class Compiler {
 };
 
 std::optional<Program> Program::compile(const Expression& expression, const Scope& scope,
-                                        const Wanted& wanted, const CompileOptions& options,
+                                        const ResultSpec& spec, const CompileOptions& options,
                                         Diagnostics& diagnostics) {
-  return Compiler(expression, scope, options, diagnostics).compile(wanted);
+  return Compiler(expression, scope, options, diagnostics).compile(spec);
 }
 
 }  // namespace hil::expression

@@ -22,10 +22,11 @@ bool is_true(double value) {
   return value == 1.0;
 }
 
-/// Whether this step is the first one in which `x` is known; marks it. Until then the result is unknown.
-bool begins(double& mark, double x) {
-  if (mark != 0.0 || std::isnan(x)) return false;
-  mark = 1.0;
+/// Notes that the memory has begun if `x` is known. Returns whether this is the first such step. Before it
+/// the result is unknown.
+bool note_known(double& has_begun, double x) {
+  if (has_begun != 0.0 || std::isnan(x)) return false;
+  has_begun = 1.0;
   return true;
 }
 
@@ -115,7 +116,7 @@ double is_known(const Call& c) noexcept {
 double previous(const Call& c) noexcept {
   const double x = c.arguments[0];
   if (std::isnan(x)) return unknown;
-  const double before = begins(c.state[0], x) ? argument(c, 1, x) : c.state[1];
+  const double before = note_known(c.state[0], x) ? argument(c, 1, x) : c.state[1];
   c.state[1] = x;
   return before;
 }
@@ -132,7 +133,7 @@ double delayed(const Call& c) noexcept {
   };
   // Times are whole nanoseconds, so a time that is a step is not above it by more than rounding.
   const double now = std::ceil(c.time_s / c.constants.period_s - 1e-6);
-  if (begins(c.state[0], x)) {
+  if (note_known(c.state[0], x)) {
     std::ranges::fill(ring, argument(c, 2, x));
     c.state[1] = now;
   }
@@ -150,7 +151,7 @@ double delayed(const Call& c) noexcept {
 /// result; state[2]: the argument, unknown where it was.
 double lagged(const Call& c) noexcept {
   const double x = c.arguments[0], time_constant_s = c.arguments[1];
-  if (begins(c.state[0], x)) {
+  if (note_known(c.state[0], x)) {
     c.state[1] = argument(c, 2, x);
     c.state[2] = unknown;
   }
@@ -172,7 +173,7 @@ double rate_limited(const Call& c) noexcept {
     c.state[2] = unknown;
     return unknown;
   }
-  if (begins(c.state[0], x)) {
+  if (note_known(c.state[0], x)) {
     c.state[1] = x;
   } else {
     const double skipped_s = c.elapsed_s - c.constants.period_s;
@@ -186,7 +187,7 @@ double rate_limited(const Call& c) noexcept {
 double hysteresis(const Call& c) noexcept {
   const double x = c.arguments[0], low = c.arguments[1], high = c.arguments[2];
   if (std::isnan(x) || std::isnan(low) || std::isnan(high)) return unknown;
-  if (begins(c.state[0], x)) c.state[1] = truth(x >= high);
+  if (note_known(c.state[0], x)) c.state[1] = truth(x >= high);
   if (x >= high) c.state[1] = 1.0;
   if (x <= low) c.state[1] = 0.0;
   return c.state[1];
@@ -197,7 +198,7 @@ double hysteresis(const Call& c) noexcept {
 double rises(const Call& c) noexcept {
   const double now = c.arguments[0];
   if (std::isnan(now)) return unknown;
-  const bool is_first = begins(c.state[0], now);
+  const bool is_first = note_known(c.state[0], now);
   const bool is_edge = is_true(now) && (is_first || c.state[1] == 0.0);
   c.state[1] = now;
   return truth(is_edge);
@@ -212,7 +213,7 @@ double falls(const Call& c) noexcept {
 double changes(const Call& c) noexcept {
   const double now = c.arguments[0];
   if (std::isnan(now)) return unknown;
-  const bool is_edge = !begins(c.state[0], now) && now != c.state[1];
+  const bool is_edge = !note_known(c.state[0], now) && now != c.state[1];
   c.state[1] = now;
   return truth(is_edge);
 }
@@ -237,7 +238,7 @@ double counted(const Call& c) noexcept {
 /// state[1]: the result: `set`, or what it was, but not `reset`, in three-valued logic.
 double latched(const Call& c) noexcept {
   const double set = c.arguments[0], reset = c.arguments[1];
-  if (begins(c.state[0], set)) c.state[1] = 0.0;
+  if (note_known(c.state[0], set)) c.state[1] = 0.0;
   if (c.state[0] == 0.0) return unknown;
   double& latch = c.state[1];
   if (is_true(set) && !is_true(latch)) latch = 1.0;
@@ -249,7 +250,7 @@ double latched(const Call& c) noexcept {
 
 double held(const Call& c) noexcept {
   const double x = c.arguments[0], when = c.arguments[1];
-  if (begins(c.state[0], x) || (is_true(when) && !std::isnan(x))) c.state[1] = x;
+  if (note_known(c.state[0], x) || (is_true(when) && !std::isnan(x))) c.state[1] = x;
   const bool is_unknown = c.state[0] == 0.0 || std::isnan(when) || (is_true(when) && std::isnan(x));
   return is_unknown ? unknown : c.state[1];
 }
@@ -269,7 +270,7 @@ double time_true(const Call& c) noexcept {
 /// state[1]: the sum; state[2]: the argument, which it keeps until the next step.
 double integral(const Call& c) noexcept {
   const double x = c.arguments[0], reset = argument(c, 1, 0.0);
-  if (begins(c.state[0], x)) c.state[2] = 0.0;
+  if (note_known(c.state[0], x)) c.state[2] = 0.0;
   if (c.state[0] == 0.0) return unknown;
   c.state[1] += c.state[2] * c.elapsed_s;
   if (std::isnan(reset)) c.state[1] = unknown;
@@ -283,11 +284,11 @@ double integral(const Call& c) noexcept {
 double slope(const Call& c, double x, std::span<double> state) noexcept {
   if (std::isnan(x)) return unknown;
   if (!c.written_s) {
-    const double change = begins(state[0], x) ? 0.0 : x - state[1];
+    const double change = note_known(state[0], x) ? 0.0 : x - state[1];
     state[1] = x;
     return change / c.constants.period_s;
   }
-  if (begins(state[0], x)) {
+  if (note_known(state[0], x)) {
     state[3] = unknown;
   } else if (*c.written_s > state[2]) {
     state[3] = (x - state[1]) / (*c.written_s - state[2]);
@@ -340,18 +341,23 @@ double normal_noise(const Call& c) noexcept {
 // Limits of constant arguments. A comparison with NaN is false.
 
 template <std::size_t low>
-std::string_view has_limits_in_order(std::span<const double> arguments) {
+std::string_view problem_of_limits(std::span<const double> arguments) {
   return arguments[low] > arguments[low + 1] ? "its low is above its high" : std::string_view();
 }
-std::string_view has_time_constant(std::span<const double> arguments) {
+std::string_view problem_of_time_constant(std::span<const double> arguments) {
   return arguments[1] < 0.0 ? "its time constant is below 0" : std::string_view();
 }
-std::string_view has_deviation(std::span<const double> arguments) {
+std::string_view problem_of_deviation(std::span<const double> arguments) {
   return arguments[0] < 0.0 ? "its deviation is below 0" : std::string_view();
 }
 
 constexpr Function table[] = {
-    {.name = "abs", .signature = "q:q", .value = absolute, .arguments = "x", .about = "The absolute value."},
+    {.name = "abs",
+     .signature = "q:q",
+     .needs_absolute_zero = true,
+     .value = absolute,
+     .arguments = "x",
+     .about = "The absolute value."},
     {.name = "min", .signature = "qq+:q", .value = least, .arguments = "x, y, ...", .about = "The smallest."},
     {.name = "max",
      .signature = "qq+:q",
@@ -361,7 +367,7 @@ constexpr Function table[] = {
     {.name = "clamp",
      .signature = "qqq:q",
      .value = clamped,
-     .problem = has_limits_in_order<1>,
+     .problem = problem_of_limits<1>,
      .arguments = "x, low, high",
      .about = "x, but at least low and at most high."},
     {.name = "sqrt", .signature = "r:R", .value = root, .arguments = "x", .about = "The square root."},
@@ -401,10 +407,16 @@ constexpr Function table[] = {
      .about = "The angle of the direction (x, y)."},
     {.name = "hypot",
      .signature = "qq:q",
+     .needs_absolute_zero = true,
      .value = hypotenuse,
      .arguments = "x, y",
      .about = "The length of (x, y)."},
-    {.name = "sign", .signature = "r:1", .value = sign, .arguments = "x", .about = "-1, 0 or 1."},
+    {.name = "sign",
+     .signature = "r:1",
+     .needs_absolute_zero = true,
+     .value = sign,
+     .arguments = "x",
+     .about = "-1, 0 or 1."},
     {.name = "floor",
      .signature = "1:1",
      .value = floor_of,
@@ -422,6 +434,7 @@ constexpr Function table[] = {
      .about = "The nearest whole number; halves away from 0."},
     {.name = "mod",
      .signature = "qq:q",
+     .needs_absolute_zero = true,
      .value = remainder_of,
      .arguments = "x, y",
      .about = "x less the largest multiple of y that is not above it."},
@@ -448,7 +461,7 @@ constexpr Function table[] = {
      .signature = "qs[q]:q",
      .state_size = 3,
      .value = lagged,
-     .problem = has_time_constant,
+     .problem = problem_of_time_constant,
      .arguments = "x, time_constant, [initial]",
      .about = "Follows x as a first-order lag, from `initial`, or from its first value."},
     {.name = "rate_limit",
@@ -461,7 +474,7 @@ constexpr Function table[] = {
      .signature = "qqq:t",
      .state_size = 2,
      .value = hysteresis,
-     .problem = has_limits_in_order<1>,
+     .problem = problem_of_limits<1>,
      .arguments = "x, low, high",
      .about = "True from where x reaches high until it falls to low."},
     {.name = "rise",
@@ -524,7 +537,7 @@ constexpr Function table[] = {
      .signature = "pid",
      .state_size = 6,
      .value = pid,
-     .problem = has_limits_in_order<4>,
+     .problem = problem_of_limits<4>,
      .arguments = "error, kp, ki, kd, low, high",
      .about = "A controller's output between low and high, whose integral stops at them."},
     {.name = "uniform",
@@ -532,15 +545,16 @@ constexpr Function table[] = {
      .state_size = 1,
      .per_tick = true,
      .value = uniform_noise,
-     .problem = has_limits_in_order<0>,
+     .problem = problem_of_limits<0>,
      .arguments = "low, high",
      .about = "A new random value in [low, high) in each step, from the run's seed."},
     {.name = "noise",
      .signature = "q:q",
      .state_size = 1,
      .per_tick = true,
+     .takes_difference = true,
      .value = normal_noise,
-     .problem = has_deviation,
+     .problem = problem_of_deviation,
      .arguments = "deviation",
      .about = "A new normally distributed value around 0 in each step, from the run's seed."},
 };

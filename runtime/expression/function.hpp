@@ -43,15 +43,17 @@ struct Call {
 struct Function {
   std::string_view name;
   std::string_view signature;
-  std::uint32_t state_size = 0;     ///< of a call
-  bool state_per_period = false;    ///< and a value for each period of the constant duration
-  bool per_tick = false;            ///< keeps its result at frames between two ticks
-  bool reports_known = false;       ///< its result is whether the argument is known
-  bool may_be_lower_bound = false;  ///< its result, of a past that is partly unknown
-  bool follows_writes = false;      ///< has a new result only where an argument has a new value
+  std::uint32_t state_size = 0;      ///< of a call
+  bool state_per_period = false;     ///< and a value for each period of the constant duration
+  bool per_tick = false;             ///< keeps its result at frames between two ticks
+  bool reports_known = false;        ///< its result is whether the argument is known
+  bool may_be_lower_bound = false;   ///< its result, of a past that is partly unknown
+  bool follows_writes = false;       ///< has a new result only where an argument has a new value
+  bool takes_difference = false;     ///< a number in degrees is a difference of temperatures
+  bool needs_absolute_zero = false;  ///< its result depends on where the scale begins: no point in degC
   double (*value)(const Call& call) noexcept = nullptr;
-  /// Why constant arguments, NaN where they are none, can not be: "its low is above its high". Empty: they
-  /// can. Null: all can.
+  /// Why the constant arguments are not valid, as a clause: "its low is above its high"; empty: they are
+  /// valid. An argument that is no constant is NaN. Null: all are valid.
   std::string_view (*problem)(std::span<const double> constants) = nullptr;
   std::string_view arguments;  ///< for documentation: "x, low, [high]"
   std::string_view about;

@@ -16,6 +16,14 @@ using units::Unit;
 using Operation = Expression::Operation;
 
 constexpr Dimension kelvins{{0, 0, 0, 0, 1}};
+constexpr const char* plain_number = "a plain number";
+
+/// "operands in m and s", "as operands a value in m and a plain number"
+std::string operands_text(const Type& a, const Type& b) {
+  const bool have_units = described(a) != plain_number && described(b) != plain_number;
+  return have_units ? "operands in " + unit_text(a) + " and " + unit_text(b)
+                    : "as operands " + described(a) + " and " + described(b);
+}
 
 /// "rev2": the angle with a positive exponent.
 std::string angle_symbol(const units::Angle& angle) {
@@ -34,7 +42,7 @@ Type quantity(const Unit& unit) {
 Type quantity(const Dimension& dimension) {
   return {.kind = Type::Kind::quantity,
           .dimension = dimension,
-          .temperature = dimension == kelvins ? Temperature::computed : Temperature::none,
+          .temperature = dimension == kelvins ? Temperature::open : Temperature::none,
           .angle = {.is_open = true}};
 }
 Type truth() {
@@ -64,7 +72,17 @@ Unit natural_unit(const Type& type) {
 std::string unit_text(const Type& type) {
   if (type.kind == Type::Kind::opaque) return type.opaque_unit;
   if (type.unit && !type.unit->symbol.empty()) return type.unit->symbol;
-  return type.dimension.is_one() ? "a plain number" : natural_unit(type).symbol;
+  return type.dimension.is_one() ? plain_number : natural_unit(type).symbol;
+}
+std::string in_unit_text(const Type& type) {
+  return in_unit_text(unit_text(type));
+}
+std::string in_unit_text(const std::string& unit) {
+  return unit.empty() || unit == plain_number ? plain_number : "in " + unit;
+}
+std::string described(const Type& type) {
+  const std::string text = in_unit_text(type);
+  return text == plain_number ? text : "a value " + text;
 }
 
 Type OperandTypes::fail(std::size_t node, const std::string& message) {
@@ -72,8 +90,8 @@ Type OperandTypes::fail(std::size_t node, const std::string& message) {
   return {};
 }
 
-std::optional<Type> OperandTypes::joined(std::size_t at, std::uint32_t first, std::uint32_t second,
-                                         Offset offset) {
+std::optional<Type> OperandTypes::common_type(std::size_t at, std::uint32_t first, std::uint32_t second,
+                                              BareNumber bare_number) {
   const Type& a = types_[first];
   const Type& b = types_[second];
   for (const std::uint32_t part : {first, second}) {
@@ -83,25 +101,25 @@ std::optional<Type> OperandTypes::joined(std::size_t at, std::uint32_t first, st
     return std::nullopt;
   }
   if (a.kind == Type::Kind::bare && b.kind == Type::Kind::bare) return Type{.kind = Type::Kind::bare};
-  if (a.kind == Type::Kind::bare) return adopted(at, first, second, offset);
-  if (b.kind == Type::Kind::bare) return adopted(at, second, first, offset);
+  if (a.kind == Type::Kind::bare) return type_of_number_beside(at, first, second, bare_number);
+  if (b.kind == Type::Kind::bare) return type_of_number_beside(at, second, first, bare_number);
   if (a.kind == Type::Kind::opaque || b.kind == Type::Kind::opaque) {
     if (a.kind == b.kind && a.opaque_unit == b.opaque_unit) return Type{a};
     const Type& opaque = a.kind == Type::Kind::opaque ? a : b;
-    fail(at, in_quotes(name_of(at)) + " has operands in " + unit_text(a) + " and " + unit_text(b) + ", and " +
+    fail(at, in_quotes(name_of(at)) + " has " + operands_text(a, b) + ", and " +
                  in_quotes(opaque.opaque_unit) + " is not a known unit");
     return std::nullopt;
   }
   if (a.dimension != b.dimension) {
-    fail(at, in_quotes(name_of(at)) + " has operands in " + unit_text(a) + " and " + unit_text(b));
+    fail(at, in_quotes(name_of(at)) + " has " + operands_text(a, b));
     return std::nullopt;
   }
   warn_of_missing_unit(first, b);
   warn_of_missing_unit(second, a);
   Type type = quantity(a.dimension);
   if (a.unit && b.unit && units::is_same(*a.unit, *b.unit)) type.unit = a.unit;
-  const auto temperature = alike(at, first, second);
-  const auto angle = alike_angle(at, first, second);
+  const auto temperature = common_temperature(at, first, second);
+  const auto angle = convert_to_common_angle(at, first, second);
   if (!temperature || !angle) return std::nullopt;
   type.temperature = types_[first].temperature = *temperature;  // further arguments of a function are alike
   type.angle = types_[first].angle = *angle;
@@ -109,7 +127,8 @@ std::optional<Type> OperandTypes::joined(std::size_t at, std::uint32_t first, st
 }
 
 /// The temperatures of a comparison, or of values of one kind.
-std::optional<Temperature> OperandTypes::alike(std::size_t at, std::uint32_t first, std::uint32_t second) {
+std::optional<Temperature> OperandTypes::common_temperature(std::size_t at, std::uint32_t first,
+                                                            std::uint32_t second) {
   using enum Temperature;
   const Temperature a = types_[first].temperature, b = types_[second].temperature;
   const auto one_is = [&](Temperature temperature) { return a == temperature || b == temperature; };
@@ -119,7 +138,7 @@ std::optional<Temperature> OperandTypes::alike(std::size_t at, std::uint32_t fir
     settle_as_difference(a == degrees ? first : second);
     return difference;
   }
-  if (one_is(degrees) && one_is(computed)) {
+  if (one_is(degrees) && one_is(open)) {
     fail(at, in_quotes(name_of(at)) + " has a number in " + unit_text(types_[a == degrees ? first : second]) +
                  " beside a computed value in " + unit_text(types_[other]) +
                  ", which may be a temperature or a difference; write the number in K");
@@ -130,35 +149,35 @@ std::optional<Temperature> OperandTypes::alike(std::size_t at, std::uint32_t fir
                  unit_text(types_[a == point ? first : second]) + "; a difference is in K");
     return std::nullopt;
   }
-  for (const Temperature result : {point, degrees, difference, computed})
+  for (const Temperature result : {point, degrees, difference, open})
     if (one_is(result)) return result == degrees ? point : result;
   return a;
 }
 
-std::optional<Type> OperandTypes::summed(std::size_t at, std::uint32_t first, std::uint32_t second,
-                                         bool is_sum) {
+std::optional<Type> OperandTypes::type_of_sum(std::size_t at, std::uint32_t first, std::uint32_t second,
+                                              bool is_sum) {
   const auto is_temperature = [&](std::uint32_t part) {
     return types_[part].kind == Type::Kind::quantity && types_[part].temperature != Temperature::none;
   };
-  if (!is_temperature(first) || !is_temperature(second)) return joined(at, first, second, Offset::of_changes);
+  if (!is_temperature(first) || !is_temperature(second))
+    return common_type(at, first, second, BareNumber::may_be_difference);
   Type type = quantity(kelvins);
   const auto &a = types_[first].unit, &b = types_[second].unit;
   if (a && b && a->offset == 0.0 && units::is_same(*a, *b)) type.unit = a;
   const auto temperature =
-      is_sum ? sum_of_temperatures(at, first, second) : temperature_less(at, first, second);
+      is_sum ? temperature_of_sum(at, first, second) : temperature_of_difference(at, first, second);
   if (!temperature) return std::nullopt;
   type.temperature = *temperature;
   return type;
 }
 
-std::optional<Temperature> OperandTypes::sum_of_temperatures(std::size_t at, std::uint32_t first,
-                                                             std::uint32_t second) {
+std::optional<Temperature> OperandTypes::temperature_of_sum(std::size_t at, std::uint32_t first,
+                                                            std::uint32_t second) {
   using enum Temperature;
   const Temperature a = types_[first].temperature, b = types_[second].temperature;
   if (types_[first].is_point() && types_[second].is_point()) {
     if (a == point && b == point) {
-      fail(at,
-           "the sum of two temperatures on their scales is none; a difference that is added is written in K");
+      fail(at, "temperatures in degC or degF can not be added; write the one that is a difference in K");
       return std::nullopt;
     }
     settle_as_difference(b == degrees ? second : first);
@@ -170,22 +189,24 @@ std::optional<Temperature> OperandTypes::sum_of_temperatures(std::size_t at, std
   };
   if (a == difference && (b == difference || is_kelvin_number(second))) return difference;
   if (b == difference && is_kelvin_number(first)) return difference;
-  return a == kelvin && b == kelvin ? kelvin : computed;
+  return a == kelvin && b == kelvin ? kelvin : open;
 }
 
-std::optional<Temperature> OperandTypes::temperature_less(std::size_t at, std::uint32_t first,
-                                                          std::uint32_t second) {
+std::optional<Temperature> OperandTypes::temperature_of_difference(std::size_t at, std::uint32_t first,
+                                                                   std::uint32_t second) {
   using enum Temperature;
   const Temperature a = types_[first].temperature, b = types_[second].temperature;
   if (types_[second].is_point()) {
     if (a != difference) return difference;
-    fail(at, "a difference of temperatures less a temperature in " + unit_text(types_[second]) +
-                 " is none; write the difference in K");
+    fail(
+        at,
+        "a temperature in " + unit_text(types_[second]) +
+            " can not be subtracted from a difference of temperatures; write the subtracted difference in K");
     return std::nullopt;
   }
   if (types_[first].is_point()) return point;
   if (a == difference) return difference;
-  return b == kelvin && nodes_[second].operation == Operation::number ? a : computed;
+  return b == kelvin && nodes_[second].operation == Operation::number ? a : open;
 }
 
 bool OperandTypes::take_difference(std::uint32_t part, const std::string& reader) {
@@ -199,7 +220,8 @@ bool OperandTypes::take_difference(std::uint32_t part, const std::string& reader
   return true;
 }
 
-/// Of a number in degrees, or what passes such numbers on: a sign, if, or a function of alike values.
+/// Makes a number in degrees a difference, and the numbers in its parts: the operand of a sign, the branches
+/// of `if`, the arguments of a function.
 void OperandTypes::settle_as_difference(std::uint32_t part) {
   Type& type = types_[part];
   if (type.temperature != Temperature::degrees) return;
@@ -212,17 +234,17 @@ void OperandTypes::settle_as_difference(std::uint32_t part) {
 }
 
 /// Converts one of both where one counts turns and the other one cycles.
-std::optional<units::Angle> OperandTypes::alike_angle(std::size_t at, std::uint32_t first,
-                                                      std::uint32_t second) {
+std::optional<units::Angle> OperandTypes::convert_to_common_angle(std::size_t at, std::uint32_t first,
+                                                                  std::uint32_t second) {
   const units::Angle a = types_[first].angle, b = types_[second].angle;
   const Dimension& dimension = types_[first].dimension;
-  const auto turns = units::turns_between(dimension, b, a);
-  if (!turns) {
-    fail(at, in_quotes(name_of(at)) + " has operands in " + unit_text(types_[first]) + " and " +
-                 unit_text(types_[second]) + units::angle_hint(dimension, b, a));
+  const auto exponent = units::two_pi_exponent_between(dimension, b, a);
+  if (!exponent) {
+    fail(at, in_quotes(name_of(at)) + " has " + operands_text(types_[first], types_[second]) +
+                 units::angle_hint(dimension, b, a));
     return std::nullopt;
   }
-  if (*turns != 0) {
+  if (*exponent != 0) {
     const bool converts_first = a.in_turns && nodes_[at].operation != Operation::call;
     take_angle(converts_first ? first : second, converts_first ? b : a);
     return types_[converts_first ? second : first].angle;
@@ -234,9 +256,9 @@ std::optional<units::Angle> OperandTypes::alike_angle(std::size_t at, std::uint3
 
 bool OperandTypes::take_angle(std::uint32_t part, const units::Angle& angle) {
   Type& type = types_[part];
-  const auto turns = units::turns_between(type.dimension, type.angle, angle);
-  if (!turns) return false;
-  if (*turns == 0) return true;
+  const auto exponent = units::two_pi_exponent_between(type.dimension, type.angle, angle);
+  if (!exponent) return false;
+  if (*exponent == 0) return true;
   const Operation operation = nodes_[part].operation;
   const bool is_read = operation == Operation::number || operation == Operation::name;
   const Unit from = is_read && type.unit
@@ -250,7 +272,7 @@ bool OperandTypes::take_angle(std::uint32_t part, const units::Angle& angle) {
     conversions_[part].numerator *= change.numerator;
     conversions_[part].denominator *= change.denominator;
   }
-  if (type.constant) *type.constant *= std::pow(2.0 * std::numbers::pi, *turns);
+  if (type.constant) *type.constant *= std::pow(2.0 * std::numbers::pi, *exponent);
   type.unit.reset();
   type.angle = angle;
   return true;
@@ -262,8 +284,8 @@ void OperandTypes::warn_of_missing_unit(std::uint32_t part, const Type& other) {
 }
 
 /// The bare number takes the unit of `other`.
-std::optional<Type> OperandTypes::adopted(std::size_t at, std::uint32_t bare, std::uint32_t other,
-                                          Offset offset) {
+std::optional<Type> OperandTypes::type_of_number_beside(std::size_t at, std::uint32_t bare,
+                                                        std::uint32_t other, BareNumber bare_number) {
   Type type = types_[other];
   type.constant.reset();
   if (type.kind == Type::Kind::opaque) return type;
@@ -272,7 +294,7 @@ std::optional<Type> OperandTypes::adopted(std::size_t at, std::uint32_t bare, st
                    units::si_symbol(type.dimension) + ", computed from several units");
     return std::nullopt;
   }
-  if (type.unit->offset != 0.0 && offset == Offset::of_changes) {
+  if (type.unit->offset != 0.0 && bare_number == BareNumber::may_be_difference) {
     fail(bare, "this number needs a unit: with " + type.unit->symbol +
                    " it may be a temperature or a difference (K)");
     return std::nullopt;
@@ -307,8 +329,7 @@ bool OperandTypes::need_truth(std::uint32_t part, const std::string& reader) {
     is_tested_.insert(part);
     return true;
   }
-  fail(part, reader + " needs a condition; this is a value in " +
-                 (types_[part].kind == Type::Kind::bare ? "a plain number" : unit_text(types_[part])));
+  fail(part, reader + " needs a condition; this is " + described(types_[part]));
   return false;
 }
 

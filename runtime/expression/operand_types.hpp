@@ -21,9 +21,10 @@ enum class Temperature : std::uint8_t {
   none,
   point,
   difference,
-  kelvin,    ///< in K: a point where one is needed, else a difference
-  computed,  ///< in K from other units, or of two values in K: the same, but not beside degrees
-  degrees,   ///< a number in degC or degF: a difference beside a difference, else a point
+  kelvin,   ///< in K: a point where one is needed, else a difference
+  open,     ///< a product or a sum in K: a point where one is needed, else a difference; refused beside a
+            ///< number in degC or degF
+  degrees,  ///< a number in degC or degF: a difference beside a difference, else a point
 };
 
 /// What an operand is.
@@ -61,11 +62,16 @@ units::Unit si_unit(const units::Dimension& dimension);
 units::Unit natural_unit(const Type& type);
 /// For mistakes: "km/h", "a plain number".
 std::string unit_text(const Type& type);
+/// "in km/h", "a plain number"
+std::string in_unit_text(const Type& type);
+std::string in_unit_text(const std::string& unit);
+/// "a value in km/h", "a plain number"
+std::string described(const Type& type);
 
-/// How a bare number beside a unit with an offset is meant.
-enum class Offset : std::uint8_t {
-  of_values,   ///< both are values: 80 beside degC is 80 degC
-  of_changes,  ///< the number may be a change: refused
+/// What a number without a unit may be beside a unit with an offset (degC).
+enum class BareNumber : std::uint8_t {
+  is_value,           ///< a value on the scale: 80 beside degC is 80 degC
+  may_be_difference,  ///< a value or a difference: refused
 };
 
 /// The types of all nodes of an expression, and the rules for operands that belong together. A broken rule
@@ -79,7 +85,7 @@ class OperandTypes {
   const config::Expression::Node& node(std::size_t index) const { return nodes_[index]; }
   Type& operator[](std::size_t index) { return types_[index]; }
   const Type& operator[](std::size_t index) const { return types_[index]; }
-  /// Of the node's result to the SI.
+  /// Converts the node's result to the SI.
   units::Conversion& conversion(std::size_t index) { return conversions_[index]; }
   /// Whether the node is a number that counts as true where it is not 0.
   bool is_tested(std::uint32_t index) const { return is_tested_.contains(index); }
@@ -95,14 +101,15 @@ class OperandTypes {
 
   /// The type of two numbers that have to be alike; a bare one takes the unit of the other. `at`: the node
   /// that joins them. Of a call, the first one keeps its angle.
-  std::optional<Type> joined(std::size_t at, std::uint32_t first, std::uint32_t second, Offset offset);
+  std::optional<Type> common_type(std::size_t at, std::uint32_t first, std::uint32_t second,
+                                  BareNumber bare_number);
   /// The type of a sum or a difference of two numbers.
-  std::optional<Type> summed(std::size_t at, std::uint32_t first, std::uint32_t second, bool is_sum);
+  std::optional<Type> type_of_sum(std::size_t at, std::uint32_t first, std::uint32_t second, bool is_sum);
   void take_unit(std::uint32_t bare, const units::Unit& unit);
   /// False with a mistake: `part` is a temperature, not a difference. A number in degrees becomes a
   /// difference. `reader` needs it: "'noise'".
   bool take_difference(std::uint32_t part, const std::string& reader);
-  /// False: the value does not convert to this angle (units::turns_between).
+  /// False: the value does not convert to this angle (units::two_pi_exponent_between).
   bool take_angle(std::uint32_t part, const units::Angle& angle);
   /// False with a mistake: `part` is a truth.
   bool need_number(std::size_t at, std::uint32_t part);
@@ -110,11 +117,14 @@ class OperandTypes {
   bool need_truth(std::uint32_t part, const std::string& reader);
 
  private:
-  std::optional<Type> adopted(std::size_t at, std::uint32_t bare, std::uint32_t other, Offset offset);
-  std::optional<Temperature> alike(std::size_t at, std::uint32_t first, std::uint32_t second);
-  std::optional<Temperature> sum_of_temperatures(std::size_t at, std::uint32_t first, std::uint32_t second);
-  std::optional<Temperature> temperature_less(std::size_t at, std::uint32_t first, std::uint32_t second);
-  std::optional<units::Angle> alike_angle(std::size_t at, std::uint32_t first, std::uint32_t second);
+  std::optional<Type> type_of_number_beside(std::size_t at, std::uint32_t bare, std::uint32_t other,
+                                            BareNumber bare_number);
+  std::optional<Temperature> common_temperature(std::size_t at, std::uint32_t first, std::uint32_t second);
+  std::optional<Temperature> temperature_of_sum(std::size_t at, std::uint32_t first, std::uint32_t second);
+  std::optional<Temperature> temperature_of_difference(std::size_t at, std::uint32_t first,
+                                                       std::uint32_t second);
+  std::optional<units::Angle> convert_to_common_angle(std::size_t at, std::uint32_t first,
+                                                      std::uint32_t second);
   void settle_as_difference(std::uint32_t part);
   void warn_of_missing_unit(std::uint32_t part, const Type& other);
 

@@ -27,16 +27,16 @@ double compared(double a, double b, Comparison comparison) {
 
 }  // namespace
 
-double Program::evaluate(std::span<const double> values, const Step& step) noexcept {
-  return run(values, step, step.is_tick ? Advance::all_functions : Advance::all_but_per_tick);
+double Program::evaluate(std::span<const double> values, const EvaluationTime& at) noexcept {
+  return run(values, at, at.is_tick ? MemoryMode::advance : MemoryMode::advance_except_per_tick);
 }
 
 double Program::evaluate_between_steps(std::span<const double> values, double time_s) noexcept {
-  return run(values, Step{.time_s = time_s}, Advance::none);
+  return run(values, EvaluationTime{.time_s = time_s}, MemoryMode::keep);
 }
 
 double Program::value_in_all_steps(std::span<const double> values) noexcept {
-  return run(values, Step{.time_s = unknown_value}, Advance::unknown_results);
+  return run(values, EvaluationTime{.time_s = unknown_value}, MemoryMode::unknown);
 }
 
 void Program::reset() noexcept {
@@ -159,14 +159,13 @@ AnyOperand* Program::operate(config::Expression::Operation operation, AnyOperand
 
 template <class AnyOperand>
 AnyOperand Program::call(const Instruction& instruction, std::span<const AnyOperand> arguments,
-                         const Step& step, double elapsed_s, Advance advance) noexcept {
+                         const EvaluationTime& at, double elapsed_s, MemoryMode mode) noexcept {
   constexpr bool is_plain = std::is_same_v<AnyOperand, PlainOperand>;
   const Function& function = *instruction.function;
   const bool has_state = instruction.state_size > 0;
-  if (advance == Advance::unknown_results && (has_state || function.reports_known))
-    return {.value = unknown_value};
+  if (mode == MemoryMode::unknown && (has_state || function.reports_known)) return {.value = unknown_value};
   if (has_state &&
-      (advance == Advance::none || (advance == Advance::all_but_per_tick && function.per_tick))) {
+      (mode == MemoryMode::keep || (mode == MemoryMode::advance_except_per_tick && function.per_tick))) {
     const Operand& last = last_results_[instruction.last_result];
     if constexpr (is_plain)
       return {.value = last.value};
@@ -181,15 +180,15 @@ AnyOperand Program::call(const Instruction& instruction, std::span<const AnyOper
   Call call{.arguments = std::span(arguments_).first(arguments.size()),
             .state = std::span(state_).subspan(instruction.first_state, instruction.state_size),
             .constants = instruction.constants,
-            .time_s = step.time_s,
+            .time_s = at.time_s,
             .elapsed_s = elapsed_s,
             .is_lower_bound = result.is_lower_bound};
   if constexpr (!is_plain) {
-    if (step.written_s) call.written_s = arguments[0].written_s;
+    if (at.written_s) call.written_s = arguments[0].written_s;
   }
   result.value = function.value(call);
   if (has_state) {
-    if (!function.follows_writes) result.written_s = step.time_s;
+    if (!function.follows_writes) result.written_s = at.time_s;
     last_results_[instruction.last_result] = result;
   }
   if constexpr (is_plain)
@@ -198,14 +197,14 @@ AnyOperand Program::call(const Instruction& instruction, std::span<const AnyOper
     return result;
 }
 
-double Program::run(std::span<const double> values, const Step& step, Advance advance) noexcept {
-  return step.written_s || may_have_lower_bound_ ? run_on(stack_, values, step, advance)
-                                                 : run_on(plain_stack_, values, step, advance);
+double Program::run(std::span<const double> values, const EvaluationTime& at, MemoryMode mode) noexcept {
+  return at.written_s || may_have_lower_bound_ ? run_on(stack_, values, at, mode)
+                                               : run_on(plain_stack_, values, at, mode);
 }
 
 template <class AnyOperand>
-double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> values, const Step& step,
-                       Advance advance) noexcept {
+double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> values,
+                       const EvaluationTime& at, MemoryMode mode) noexcept {
   constexpr bool is_plain = std::is_same_v<AnyOperand, PlainOperand>;
   const auto operand = [](double value, [[maybe_unused]] double written_s) {
     if constexpr (is_plain)
@@ -217,10 +216,10 @@ double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> v
   config::require(values.size() >= min_values_, "a value for each variable of the expression");
   constexpr double never_s = std::numeric_limits<double>::lowest();
   double elapsed_s = 0.0;
-  if (advance == Advance::all_functions || advance == Advance::all_but_per_tick) {
+  if (mode == MemoryMode::advance || mode == MemoryMode::advance_except_per_tick) {
     // Times are whole nanoseconds.
-    if (last_time_s_) elapsed_s = std::round((step.time_s - *last_time_s_) * 1e9) / 1e9;
-    last_time_s_ = step.time_s;
+    if (last_time_s_) elapsed_s = std::round((at.time_s - *last_time_s_) * 1e9) / 1e9;
+    last_time_s_ = at.time_s;
   }
   AnyOperand* top = stack.data();  // behind the last operand
   for (const Instruction& instruction : instructions_) {
@@ -230,10 +229,10 @@ double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> v
         break;
       case Code::variable:
         *top++ = operand(instruction.conversion.of(values[instruction.index]),
-                         step.written_s ? (*step.written_s)[instruction.index] : step.time_s);
+                         at.written_s ? (*at.written_s)[instruction.index] : at.time_s);
         break;
       case Code::time:
-        *top++ = operand(step.time_s, step.time_s);
+        *top++ = operand(at.time_s, at.time_s);
         break;
       case Code::operation:
         top = operate(instruction.operation, top);
@@ -252,8 +251,8 @@ double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> v
         break;
       case Code::call:
         top -= instruction.arguments;
-        *top = call(instruction, std::span<const AnyOperand>(top, instruction.arguments), step, elapsed_s,
-                    advance);
+        *top =
+            call(instruction, std::span<const AnyOperand>(top, instruction.arguments), at, elapsed_s, mode);
         ++top;
         break;
       case Code::table: {
@@ -272,7 +271,7 @@ double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> v
   }
   const double result = exact(top[-1]);
   if (!std::isfinite(result)) return unknown_value;
-  return to_wanted_.of(result);
+  return to_result_unit_.of(result);
 }
 
 }  // namespace hil::expression

@@ -6,7 +6,7 @@
 // number. Operands of +, -, comparisons, and functions of like values have one dimension. A number without a
 // unit takes the unit of the operand beside it: with `speed` in km/h, `speed > 50` compares with 50 km/h.
 // Where that operand is itself computed from different units, or the unit has an offset (degC) and the number
-// may be a difference, the number needs a unit. The result is converted to the unit that is wanted.
+// may be a difference, the number needs a unit. The result is converted to the required unit.
 // A signal whose unit is none (units::parse_unit) is used like a plain number. A value in K is a temperature
 // (a point) or a difference of two; a rate counts radians, turns or cycles (units/unit.hpp).
 //
@@ -16,7 +16,9 @@
 // Unknown. NaN is a value that is not known: of a signal that is not fresh, or of an operation without a
 // result (0 / 0). Numbers that depend on it are unknown. So are comparisons; and, or and not follow Kleene's
 // three-valued logic: false and unknown is false. A count of which a part of the past is unknown is a lower
-// bound: a comparison that it decides is known, and everything else that is computed from it is unknown.
+// bound. `+`, `if` and a conversion of units keep a lower bound. A comparison, or the bound as a condition,
+// is known if it has one result for all values from the bound on. Every other operation on it is unknown, and
+// so is an expression with it as its result.
 //
 // Functions: function.cpp lists them. Some have a state, which each step advances: a program belongs to one
 // place that evaluates it in each step. They go by run time: a step that was left out has the values of the
@@ -40,7 +42,7 @@
 
 namespace hil::expression {
 
-/// What a name stands for.
+/// A name that an expression may use.
 struct Variable {
   std::uint32_t index = 0;  ///< in the values of evaluate
   std::string unit{};       ///< of the value; "" for a plain number
@@ -48,7 +50,7 @@ struct Variable {
   const std::map<std::string, double>* named_values = nullptr;
   /// What has the value names has a mistake, so any name is accepted.
   bool accepts_any_name = false;
-  units::Meaning meaning = units::Meaning::written;
+  units::ValueKind value_kind = units::ValueKind::as_unit;
   /// It comes from a device, and nothing gives it a unit: beside one that is not of the SI it adds a warning.
   bool lacks_unit = false;
 };
@@ -70,8 +72,8 @@ class Scope {
   virtual std::string noun() const { return "signal"; }
 };
 
-/// What the result is used for.
-struct Wanted {
+/// The result that the reader of an expression needs.
+struct ResultSpec {
   bool truth = false;  ///< true or false; otherwise a number in `unit`
   /// Empty: the result has the unit of the expression (Program::unit), and may be true or false.
   std::optional<std::string> unit = "";
@@ -87,9 +89,9 @@ struct CompileOptions {
 };
 
 /// When a program is evaluated, and the run times at which the values of its variables were written.
-struct Step {
+struct EvaluationTime {
   double time_s = 0.0;
-  /// By Variable::index; empty: each step writes all of them.
+  /// By Variable::index, as many as `values`, in seconds of run time; empty: each step writes all of them.
   std::optional<std::span<const double>> written_s{};
   bool is_tick = true;  ///< false: a frame between two ticks
 };
@@ -98,29 +100,30 @@ class Program {
  public:
   /// Empty with mistakes, all of them, at their places.
   static std::optional<Program> compile(const config::Expression& expression, const Scope& scope,
-                                        const Wanted& wanted, const CompileOptions& options,
+                                        const ResultSpec& spec, const CompileOptions& options,
                                         config::Diagnostics& diagnostics);
 
-  /// The value in the wanted unit; of a truth 1, 0, or NaN if it is unknown. `values`: by Variable::index, in
-  /// the units of the variables. Misuse (asserts): fewer values than the variables need.
-  double evaluate(std::span<const double> values, const Step& step) noexcept;
+  /// The value in the required unit; of a truth 1, 0, or NaN if it is unknown. `values`: by Variable::index,
+  /// in the units of the variables. Misuse (asserts): fewer values than the variables need.
+  double evaluate(std::span<const double> values, const EvaluationTime& at) noexcept;
   double evaluate(std::span<const double> values, double time_s) noexcept {
-    return evaluate(values, Step{.time_s = time_s});
+    return evaluate(values, EvaluationTime{.time_s = time_s});
   }
-  /// The same, but functions with a state keep it and return what they returned in the step.
+  /// Evaluates without advancing: functions with a state return their last results.
   double evaluate_between_steps(std::span<const double> values, double time_s) noexcept;
   /// The result in every step, whatever is unknown: time, random numbers, the results of functions with a
   /// memory and of known(), and the variables that are NaN in `values`. NaN: it depends on them.
   double value_in_all_steps(std::span<const double> values) noexcept;
   /// As before the first step.
   void reset() noexcept;
-  /// Run time of the newest written value on which the result of the last step depends.
+  /// Run time (s) of the newest written value on which the result of the last evaluate() depends. Valid only
+  /// if its time had written_s.
   double written_s() const noexcept { return stack_.front().written_s; }
 
-  /// Of the values of evaluate; "" of plain numbers and truths.
+  /// Unit of the results of evaluate(); "" of plain numbers and truths.
   const std::string& unit() const noexcept { return unit_; }
-  /// Of the values in that unit.
-  units::Meaning meaning() const noexcept { return meaning_; }
+  /// What kind of value the results are in that unit.
+  units::ValueKind value_kind() const noexcept { return value_kind_; }
   /// Indices of the variables that it reads, ascending, each once.
   const std::vector<std::uint32_t>& variables() const noexcept { return variables_; }
   bool has_state() const noexcept { return !state_.empty(); }
@@ -157,7 +160,13 @@ class Program {
     double written_s = 0.0;       ///< run time at which the newest value that it depends on was written
     bool is_lower_bound = false;  ///< the value is at least this
   };
-  enum class Advance : std::uint8_t { all_functions, all_but_per_tick, none, unknown_results };
+  /// What an evaluation does with functions with a state.
+  enum class MemoryMode : std::uint8_t {
+    advance,                  ///< a tick: all of them advance
+    advance_except_per_tick,  ///< a frame: those of Function::per_tick return their last results
+    keep,                     ///< all return their last results
+    unknown,                  ///< their results are unknown (value_in_all_steps)
+  };
 
   /// An operand where each step writes all values, and nothing is a lower bound.
   struct PlainOperand {
@@ -175,12 +184,12 @@ class Program {
   template <class AnyOperand>
   static AnyOperand* operate(config::Expression::Operation operation, AnyOperand* top) noexcept;
   template <class AnyOperand>
-  AnyOperand call(const Instruction& instruction, std::span<const AnyOperand> arguments, const Step& step,
-                  double elapsed_s, Advance advance) noexcept;
+  AnyOperand call(const Instruction& instruction, std::span<const AnyOperand> arguments,
+                  const EvaluationTime& at, double elapsed_s, MemoryMode mode) noexcept;
   template <class AnyOperand>
-  double run_on(std::vector<AnyOperand>& stack, std::span<const double> values, const Step& step,
-                Advance advance) noexcept;
-  double run(std::span<const double> values, const Step& step, Advance advance) noexcept;
+  double run_on(std::vector<AnyOperand>& stack, std::span<const double> values, const EvaluationTime& at,
+                MemoryMode mode) noexcept;
+  double run(std::span<const double> values, const EvaluationTime& at, MemoryMode mode) noexcept;
 
   std::vector<Instruction> instructions_;
   std::vector<Operand> stack_;
@@ -191,9 +200,9 @@ class Program {
   std::vector<double> arguments_;  ///< of a call
   std::optional<double> last_time_s_;
   std::vector<std::uint32_t> variables_;
-  units::Conversion to_wanted_{};
+  units::Conversion to_result_unit_{};
   std::string unit_;
-  units::Meaning meaning_ = units::Meaning::written;
+  units::ValueKind value_kind_ = units::ValueKind::as_unit;
   std::uint32_t min_values_ = 0;
 };
 

@@ -38,24 +38,24 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
                     .share = section.share,
                     .for_ns = section.for_ns.value_or(without_end)};
     for (std::size_t i = 0; i < section.values.size(); ++i) {
-      expression::Wanted wanted{.unit = unit, .what = what};
+      expression::ResultSpec spec{.unit = unit, .what = what};
       if (i == 1 && (section.kind == SegmentKind::sine || section.kind == SegmentKind::noise)) {
-        wanted.unit = difference.symbol;
-        wanted.is_difference = true;
+        spec.unit = difference.symbol;
+        spec.is_difference = true;
         segment.second_factor = difference.factor;
       }
       seed = modules::splitmix64(seed);
       const auto value =
           signals::with_named_values(section.values[i], driven.named_values, driven.name, known, diagnostics);
       if (!value) return std::nullopt;
-      auto compiled = signals::SignalExpression::compile(*value, known, wanted,
+      auto compiled = signals::SignalExpression::compile(*value, known, spec,
                                                          {.period_ns = period_ns, .seed = seed}, diagnostics);
       if (!compiled) return std::nullopt;
       const auto constant = compiled->constant();
       if (i == 1 && section.kind == SegmentKind::noise && constant && *constant < 0.0) {
         diagnostics.add(section.values[i].place(),
                         what + ": the standard deviation is " + config::format_number(*constant) +
-                            (wanted.unit->empty() ? "" : " " + *wanted.unit) + "; it has to be 0 or above");
+                            (spec.unit->empty() ? "" : " " + *spec.unit) + "; it has to be 0 or above");
       }
       segment.expressions.push_back(std::move(*compiled));
     }

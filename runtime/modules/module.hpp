@@ -45,8 +45,8 @@ struct Port {
   std::string about;      ///< one sentence for the documentation
   double initial = 0.0;   ///< value of an output before the first step, or of an input without a signal
   bool required = false;  ///< input: a scenario that does not connect it is refused
-  std::map<std::string, double> named_values = {};   ///< output: value names, for expressions
-  units::Meaning meaning = units::Meaning::written;  ///< of an output's values
+  std::map<std::string, double> named_values = {};          ///< output: value names, for expressions
+  units::ValueKind value_kind = units::ValueKind::as_unit;  ///< of an output's values
 };
 
 struct Ports {

@@ -109,9 +109,8 @@ void PlotCollector::add_series(const std::vector<signals::SignalId>& signals,
 void PlotCollector::take(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
   for (Series& series : series_) {
     if (time_ns < series.begin_ns || time_ns > series.end_ns) continue;
-    series.buckets.add(
-        static_cast<std::uint64_t>((time_ns - series.begin_ns) / period_ns_),
-        table.is_published(series.signal) ? table.value(series.signal) : contribution::not_known);
+    series.buckets.add(static_cast<std::uint64_t>((time_ns - series.begin_ns) / period_ns_),
+                       table.is_known(series.signal) ? table.value(series.signal) : contribution::not_known);
   }
 }
 

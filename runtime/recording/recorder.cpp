@@ -124,7 +124,7 @@ void Recorder::take(const signals::SignalTable& table, std::int64_t time_ns) noe
     if (!topic.take_change(values)) continue;
     const auto value = [&](std::size_t member) {
       const std::uint32_t signal = topic.members[member].signal;
-      return table.is_known({signal}) ? values[signal].value : unknown;
+      return table.is_readable({signal}) ? values[signal].value : unknown;
     };
     if (values_->push(time_ns, i, topic.members.size(), value)) continue;
     if (options_.virtual_clock) {

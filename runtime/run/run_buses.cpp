@@ -54,8 +54,8 @@ void RunBuses::make_devices(recording::Recorder* recorder) {
 
 void RunBuses::keep_judged_arrivals(RunningBus& bus) {
   for (const config::Expectation& expectation : context_.scenario.expectations) {
-    auto sampled = expectations::sampled_signals(expectation, wiring_.signals);
-    for (const signals::SignalId signal : wiring_.variables.with_sources(std::move(sampled)))
+    auto judged = expectations::signals_judged_by_arrival(expectation, wiring_.signals);
+    for (const signals::SignalId signal : wiring_.variables.with_sources(std::move(judged)))
       arrivals_.keep(bus.device->device(), bus.wired->links, signal);
   }
 }

@@ -32,7 +32,7 @@ namespace hil::run {
 
 class RunBuses {
  public:
-  /// All of them outlive it. `arrivals` keeps the samples that expectations judge one by one.
+  /// All of them outlive it. `arrivals` keeps the frames that expectations judge.
   RunBuses(Wiring& wiring, RunContext& context, expectations::Arrivals& arrivals)
       : wiring_(wiring), context_(context), arrivals_(arrivals) {}
 

@@ -46,10 +46,10 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
     if (has_place[i] == 0) known.add_undeclared(definitions[i].name.text);
   for (const std::size_t i : order) {
     const config::VariableSection& variable = scenario.variables[i];
-    expression::Wanted wanted{.unit = std::nullopt, .what = "'" + variable.name.text + "'"};
-    if (variable.unit) wanted.unit = variable.unit->text;
+    expression::ResultSpec spec{.unit = std::nullopt, .what = "'" + variable.name.text + "'"};
+    if (variable.unit) spec.unit = variable.unit->text;
     auto compiled = signals::SignalExpression::compile(
-        *variable.expression, known, wanted,
+        *variable.expression, known, spec,
         {.period_ns = scenario.base_period_ns, .seed = scenario.seed - 0x9E3779B97F4A7C15u * (i + 1)},
         diagnostics);
     if (!compiled) {
@@ -62,7 +62,7 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
          .unit = compiled->unit(),
          .writer = "variables",
          .initial = before_the_run.evaluate(known.table(), 0, signals::Unpublished::initial_value),
-         .meaning = compiled->meaning()});
+         .value_kind = compiled->value_kind()});
     if (const double value = compiled->value_in_all_steps(&known); !std::isnan(value))
       known.set_constant(signal, value);
     // What reads the variable reads what it is computed from.

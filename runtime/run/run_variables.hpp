@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
-#include "runtime/expectations/judges.hpp"
+#include "runtime/expectations/computed_signals.hpp"
 #include "runtime/signals/known_signals.hpp"
 #include "runtime/signals/signal_expression.hpp"
 

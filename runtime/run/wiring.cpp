@@ -76,7 +76,7 @@ void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& k
                     .writer = "module " + section.module.text,
                     .initial = port.initial,
                     .named_values = port.named_values,
-                    .meaning = port.meaning},
+                    .value_kind = port.value_kind},
                    section.module.place, diagnostics, wired.links.outputs);
       }
     }

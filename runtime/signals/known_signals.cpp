@@ -63,10 +63,10 @@ units::Conversion KnownSignals::conversion_for(SignalId signal, const std::strin
                                                const std::string& unit_of_reader, const config::Place& place,
                                                config::Diagnostics& diagnostics) const {
   if (!signal.valid()) return {};
-  const units::Meaning meaning = table_.info(signal).meaning;
+  const units::ValueKind value_kind = table_.info(signal).value_kind;
   const std::string &name = table_.info(signal).name, &unit = table_.info(signal).unit;
   const auto from = units::parse_unit(unit), to = units::parse_unit(unit_of_reader);
-  if (const auto found = units::signal_conversion(unit, unit_of_reader, meaning)) {
+  if (const auto found = units::signal_conversion(unit, unit_of_reader, value_kind)) {
     if (unit.empty() && to && !units::is_si(*to))
       diagnostics.warn(place,
                        units::missing_unit_text(name, *to) + "; '" + reader + "' is in " + unit_of_reader);
@@ -78,11 +78,11 @@ units::Conversion KnownSignals::conversion_for(SignalId signal, const std::strin
   std::string hint;
   if (!from || !to)
     hint = "; " + config::in_quotes(!from ? unit : unit_of_reader) + " is not a known unit";
-  else if (meaning == units::Meaning::difference && to->offset != 0.0)
+  else if (value_kind == units::ValueKind::difference && to->offset != 0.0)
     hint = "; it is a difference of temperatures";
   else if (from->dimension == to->dimension)
     hint = units::angle_hint(
-        from->dimension, {from->angle.exponent, from->angle.in_turns, meaning == units::Meaning::computed},
+        from->dimension, {from->angle.exponent, from->angle.in_turns, value_kind == units::ValueKind::open},
         to->angle);
   diagnostics.add(place, "'" + name + "' is in " + text(unit) + ", but '" + reader + "' is in " +
                              text(unit_of_reader) + hint);

@@ -9,29 +9,29 @@ namespace hil::signals {
 
 std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,
                                                           const SignalScope& scope,
-                                                          const expression::Wanted& wanted,
+                                                          const expression::ResultSpec& spec,
                                                           const expression::CompileOptions& options,
                                                           config::Diagnostics& diagnostics) {
-  auto program = expression::Program::compile(expression, scope, wanted, options, diagnostics);
+  auto program = expression::Program::compile(expression, scope, spec, options, diagnostics);
   if (!program) return std::nullopt;
   return SignalExpression(std::move(*program), scope.signals());
 }
 
 std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,
                                                           const KnownSignals& known,
-                                                          const expression::Wanted& wanted,
+                                                          const expression::ResultSpec& spec,
                                                           const expression::CompileOptions& options,
                                                           config::Diagnostics& diagnostics) {
   known.add_relations(expression);
   for (const config::Expression::Node& node : expression.nodes())
     if (known.table().find(node.word.text)) known.find(node.word, diagnostics);
   auto compiled =
-      compile(expression, SignalScope(expression, known.table(), &known), wanted, options, diagnostics);
+      compile(expression, SignalScope(expression, known.table(), &known), spec, options, diagnostics);
   if (!compiled || !compiled->is_constant(expression)) return compiled;
   compiled->constant_ = compiled->evaluate(known.table(), 0, Unpublished::initial_value);
   if (std::isfinite(*compiled->constant_)) return compiled;
   diagnostics.add(expression.place(),
-                  wanted.what + ": " + config::in_quotes(expression.text()) + " has no value");
+                  spec.what + ": " + config::in_quotes(expression.text()) + " has no value");
   return std::nullopt;
 }
 
@@ -44,10 +44,10 @@ bool SignalExpression::is_constant(const config::Expression& expression) const {
 
 std::optional<SignalExpression> SignalExpression::compile(const config::Expression& expression,
                                                           const SignalTable& table,
-                                                          const expression::Wanted& wanted,
+                                                          const expression::ResultSpec& spec,
                                                           const expression::CompileOptions& options,
                                                           config::Diagnostics& diagnostics) {
-  return compile(expression, SignalScope(expression, table), wanted, options, diagnostics);
+  return compile(expression, SignalScope(expression, table), spec, options, diagnostics);
 }
 
 double SignalExpression::evaluate(const SignalTable& table, Instant instant,
@@ -66,8 +66,8 @@ double SignalExpression::value_in_all_steps(const KnownSignals* known) noexcept 
 }
 
 std::int64_t SignalExpression::written_ns() const noexcept {
-  constexpr double longest_s = 9e9;  // the least and the largest time have more, in nanoseconds
-  return std::llround(std::clamp(program_.written_s(), -longest_s, longest_s) * 1e9);
+  constexpr double max_time_s = 9e9;  // std::int64_t holds 9.2e18 ns
+  return std::llround(std::clamp(program_.written_s(), -max_time_s, max_time_s) * 1e9);
 }
 
 std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table) {

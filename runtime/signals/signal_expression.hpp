@@ -23,13 +23,14 @@ class SignalExpression {
   /// Empty with mistakes, all of them; without one where the mistake of a name is reported elsewhere. Adds
   /// the warnings of the signals that it reads. A constant without a value (0 / 0) is a mistake.
   static std::optional<SignalExpression> compile(const config::Expression& expression,
-                                                 const KnownSignals& known, const expression::Wanted& wanted,
+                                                 const KnownSignals& known,
+                                                 const expression::ResultSpec& spec,
                                                  const expression::CompileOptions& options,
                                                  config::Diagnostics& diagnostics);
 
   /// The same, while the run goes on, for an expression that was compiled when it was wired.
   static std::optional<SignalExpression> compile(const config::Expression& expression,
-                                                 const SignalTable& table, const expression::Wanted& wanted,
+                                                 const SignalTable& table, const expression::ResultSpec& spec,
                                                  const expression::CompileOptions& options,
                                                  config::Diagnostics& diagnostics);
 
@@ -47,13 +48,13 @@ class SignalExpression {
   /// Compiled with known signals: its value where that is the same in each step.
   std::optional<double> constant() const noexcept { return constant_; }
   const std::string& unit() const noexcept { return program_.unit(); }
-  units::Meaning meaning() const noexcept { return program_.meaning(); }
+  units::ValueKind value_kind() const noexcept { return program_.value_kind(); }
   /// Those that it reads, in the order of their first mention.
   const std::vector<SignalId>& signals() const noexcept { return signals_; }
 
  private:
   static std::optional<SignalExpression> compile(const config::Expression& expression,
-                                                 const SignalScope& scope, const expression::Wanted& wanted,
+                                                 const SignalScope& scope, const expression::ResultSpec& spec,
                                                  const expression::CompileOptions& options,
                                                  config::Diagnostics& diagnostics);
   /// Whether its value is the same in each step.

@@ -25,7 +25,7 @@ std::optional<expression::Variable> SignalScope::find(std::string_view name) con
   return expression::Variable{.index = static_cast<std::uint32_t>(place - signals_.begin()),
                               .unit = info.unit,
                               .named_values = &info.named_values,
-                              .meaning = info.meaning,
+                              .value_kind = info.value_kind,
                               .lacks_unit = info.arrives && info.unit.empty()};
 }
 
@@ -37,7 +37,7 @@ void sample(const SignalTable& table, std::span<const SignalId> signals, Unpubli
             double time_s, std::span<double> values, std::span<double> written_s) noexcept {
   for (std::size_t i = 0; i < signals.size(); ++i) {
     const bool is_known =
-        unpublished == Unpublished::unknown ? table.is_published(signals[i]) : table.is_known(signals[i]);
+        unpublished == Unpublished::unknown ? table.is_known(signals[i]) : table.is_readable(signals[i]);
     const SignalValue& signal = table.read(signals[i]);
     values[i] = is_known ? signal.value : std::numeric_limits<double>::quiet_NaN();
     written_s[i] = std::isnan(values[i]) ? time_s : static_cast<double>(signal.time_ns) / 1e9;

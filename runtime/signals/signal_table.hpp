@@ -38,7 +38,7 @@ struct SignalInfo {
   bool arrives = false;         ///< received from a device: unknown while not fresh
   std::int64_t timeout_ns = 0;  ///< if `arrives`: time for which its value stays fresh; 0: without limit
   std::map<std::string, double> named_values = {};  ///< value names, as a bus describes them
-  units::Meaning meaning = units::Meaning::written;
+  units::ValueKind value_kind = units::ValueKind::as_unit;
 };
 
 /// A value and its run time: the arrival of the bytes for a device's input, the tick for a module's output.
@@ -95,11 +95,13 @@ class SignalTable {
   const SignalInfo& info(SignalId id) const noexcept { return infos_[id.index]; }
 
   const SignalValue& read(SignalId id) const noexcept { return values_[id.index]; }
-  /// For modules, stimuli and faults: an output has its initial value until its task has published it. False
-  /// for a signal of a device that is not fresh.
-  bool is_known(SignalId id) const noexcept { return !infos_[id.index].arrives || values_[id.index].fresh; }
-  /// For what judges or shows a run: false also for an output that its task has not published yet.
-  bool is_published(SignalId id) const noexcept { return values_[id.index].fresh; }
+  /// Whether the value is known: a received signal is fresh, or the task of an output has published it.
+  bool is_known(SignalId id) const noexcept { return values_[id.index].fresh; }
+  /// For modules, stimuli, faults and the recording: as is_known, but an output has its initial value before
+  /// it is published.
+  bool is_readable(SignalId id) const noexcept {
+    return !infos_[id.index].arrives || values_[id.index].fresh;
+  }
   double value(SignalId id) const noexcept { return values_[id.index].value; }
   void write(SignalId id, double value, std::int64_t time_ns) noexcept {
     write(id, SignalValue{value, time_ns, true});

@@ -18,7 +18,7 @@ struct Symbol {
   std::array<std::int8_t, 7> exponents;  // m, kg, s, A, K, mol, cd
   double numerator = 1.0, denominator = 1.0;
   double offset = 0.0;
-  std::int8_t angle = 0, turns = 0;  ///< exponents
+  std::int8_t angle = 0, two_pi = 0;  ///< exponents
 };
 
 // With prefixes.
@@ -270,12 +270,13 @@ class UnitParser {
     const auto raised = power({symbol.exponents}, exponent);
     const auto dimension = raised ? product(unit_.dimension, *raised) : std::nullopt;
     const int angle = unit_.angle.exponent + exponent * symbol.angle;
-    const int turns = unit_.turns + exponent * symbol.turns;
-    if (!dimension || std::abs(angle) > max_exponent || std::abs(turns) > max_exponent) return false;
+    const int two_pi_exponent = unit_.two_pi_exponent + exponent * symbol.two_pi;
+    if (!dimension || std::abs(angle) > max_exponent || std::abs(two_pi_exponent) > max_exponent)
+      return false;
     unit_.dimension = *dimension;
     unit_.angle.exponent = static_cast<std::int8_t>(angle);
-    unit_.angle.in_turns |= symbol.turns != 0;
-    unit_.turns = static_cast<std::int8_t>(turns);
+    unit_.angle.in_turns |= symbol.two_pi != 0;
+    unit_.two_pi_exponent = static_cast<std::int8_t>(two_pi_exponent);
     const double numerator = std::pow(symbol.numerator, std::abs(exponent));
     const double denominator = std::pow(symbol.denominator, std::abs(exponent));
     unit_.offset = exponent == 1 ? symbol.offset : 0.0;
@@ -298,8 +299,8 @@ class UnitParser {
   Unit unit_;
 };
 
-Conversion with_turns(Conversion scale, int turns) {
-  (turns > 0 ? scale.numerator : scale.denominator) *= std::pow(2.0 * pi, std::abs(turns));
+Conversion with_two_pi(Conversion scale, int exponent) {
+  (exponent > 0 ? scale.numerator : scale.denominator) *= std::pow(2.0 * pi, std::abs(exponent));
   return scale;
 }
 
@@ -374,22 +375,24 @@ std::optional<Unit> parse_unit(std::string_view text) {
 }
 
 Conversion Unit::to_si() const noexcept {
-  return with_turns({numerator, denominator, offset}, turns);
+  return with_two_pi({numerator, denominator, offset}, two_pi_exponent);
 }
 Conversion Unit::difference_to_si() const noexcept {
-  return with_turns({numerator, denominator}, turns);
+  return with_two_pi({numerator, denominator}, two_pi_exponent);
 }
 
 bool is_si(const Unit& unit) noexcept {
-  return unit.numerator == unit.denominator && unit.offset == 0.0 && unit.turns == 0;
+  return unit.numerator == unit.denominator && unit.offset == 0.0 && unit.two_pi_exponent == 0;
 }
 
 bool is_same(const Unit& a, const Unit& b) noexcept {
   return a.dimension == b.dimension && a.numerator == b.numerator && a.denominator == b.denominator &&
-         a.offset == b.offset && a.turns == b.turns && a.angle.exponent == b.angle.exponent;
+         a.offset == b.offset && a.two_pi_exponent == b.two_pi_exponent &&
+         a.angle.exponent == b.angle.exponent;
 }
 
-std::optional<int> turns_between(const Dimension& dimension, const Angle& from, const Angle& to) noexcept {
+std::optional<int> two_pi_exponent_between(const Dimension& dimension, const Angle& from,
+                                           const Angle& to) noexcept {
   if (dimension.is_one() || from.exponent == to.exponent) return 0;
   const bool has_turns = from.in_turns || to.in_turns;
   if (!is_rate(dimension) || (from.exponent != 0 && to.exponent != 0))
@@ -401,20 +404,21 @@ std::optional<int> turns_between(const Dimension& dimension, const Angle& from, 
 
 std::optional<Conversion> conversion(const Unit& from, const Unit& to) {
   if (from.dimension != to.dimension) return std::nullopt;
-  const auto turns = turns_between(from.dimension, from.angle, to.angle);
-  if (!turns) return std::nullopt;
+  const auto exponent = two_pi_exponent_between(from.dimension, from.angle, to.angle);
+  if (!exponent) return std::nullopt;
   Conversion result{.numerator = from.numerator * to.denominator,
                     .denominator = from.denominator * to.numerator};
   result.offset = (from.offset - to.offset) * to.denominator / to.numerator;
-  return with_turns(result, from.turns + *turns - to.turns);
+  return with_two_pi(result, from.two_pi_exponent + *exponent - to.two_pi_exponent);
 }
 
-std::optional<Conversion> signal_conversion(const std::string& from, const std::string& to, Meaning meaning) {
+std::optional<Conversion> signal_conversion(const std::string& from, const std::string& to,
+                                            ValueKind value_kind) {
   if (from == to) return Conversion{};
   auto source = parse_unit(from);
   const auto target = parse_unit(to);
-  if (source) source->angle.is_open = meaning == Meaning::computed;
-  if (target && target->offset != 0.0 && meaning == Meaning::difference) return std::nullopt;
+  if (source) source->angle.is_open = value_kind == ValueKind::open;
+  if (target && target->offset != 0.0 && value_kind == ValueKind::difference) return std::nullopt;
   if (from.empty() || to.empty()) {
     if (!source || !target) return Conversion{};
     if (source->angle.in_turns || target->angle.in_turns) return std::nullopt;
@@ -435,7 +439,7 @@ std::string missing_unit_text(const std::string& signal, const Unit& unit) {
 }
 
 std::string angle_hint(const Dimension& dimension, const Angle& from, const Angle& to) {
-  if (turns_between(dimension, from, to)) return {};
+  if (two_pi_exponent_between(dimension, from, to)) return {};
   if (!is_rate(dimension) || (from.exponent != 0 && to.exponent != 0))
     return "; one of both counts turns: multiply or divide it by 1 rad (a turn is 2 pi) or by 1 rev (a turn "
            "is "

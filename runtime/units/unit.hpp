@@ -49,10 +49,10 @@ struct Angle {
   bool is_open = false;
 };
 
-/// What the text of a unit does not say of a computed value in it.
-enum class Meaning : std::uint8_t {
-  written,     ///< nothing: what its unit says
-  computed,    ///< in 1/s it may count radians or cycles; in K it may be a temperature or a difference
+/// What kind of value is in the unit, where its symbol does not tell.
+enum class ValueKind : std::uint8_t {
+  as_unit,  ///< its symbol tells
+  open,     ///< computed: in 1/s it may count radians or cycles; in K it may be a temperature or a difference
   difference,  ///< of two temperatures
 };
 
@@ -66,17 +66,17 @@ struct Conversion {
   bool is_identity() const noexcept { return numerator == denominator && offset == 0.0; }
 };
 
-/// A value in the unit is value * (2 pi)^turns * numerator / denominator + offset in the SI.
+/// A value in the unit is value * (2 pi)^two_pi_exponent * numerator / denominator + offset in the SI.
 struct Unit {
   std::string symbol;  ///< as it was written
   Dimension dimension;
   double numerator = 1.0, denominator = 1.0;
   double offset = 0.0;
-  std::int8_t turns = 0;
+  std::int8_t two_pi_exponent = 0;
   Angle angle{};
 
   Conversion to_si() const noexcept;
-  /// The same for a difference of two values.
+  /// Converts a difference of two values to the SI.
   Conversion difference_to_si() const noexcept;
   double to_si(double value) const noexcept { return to_si().of(value); }
 };
@@ -98,17 +98,18 @@ std::optional<Unit> parse_unit(std::string_view text);
 
 /// Empty: the dimensions differ, or one counts radians and the other one cycles.
 std::optional<Conversion> conversion(const Unit& from, const Unit& to);
-/// The power of 2 pi by which a value of the dimension with one angle, both in the SI, is multiplied for the
-/// other one. Empty: they do not convert. Where a rate counts radians, cycles or turns is above; in other
-/// dimensions an angle in radians may be left out, and one in turns may not.
-std::optional<int> turns_between(const Dimension& dimension, const Angle& from, const Angle& to) noexcept;
+/// The exponent of 2 pi by which a value with the angle `from` is multiplied to be one with the angle `to`,
+/// both in the SI. Empty: they do not convert. Rates follow the rule of the file comment. In other dimensions
+/// an angle in radians may be left out, and one in turns may not.
+std::optional<int> two_pi_exponent_between(const Dimension& dimension, const Angle& from,
+                                           const Angle& to) noexcept;
 
 /// How the value of a signal is converted for its reader, by their units. Without a unit ("") a value is in
 /// the SI. Two texts that are alike, and a unit that is none beside "", convert nothing. Empty: the units are
 /// of different kinds, one is unknown, one is "" and the other one counts turns, or a difference of
 /// temperatures is read on a scale that does not begin at 0 K.
 std::optional<Conversion> signal_conversion(const std::string& from, const std::string& to,
-                                            Meaning meaning = Meaning::written);
+                                            ValueKind value_kind = ValueKind::as_unit);
 /// That a signal without a unit is read beside one in the unit: "'x' has no unit, ...".
 std::string missing_unit_text(const std::string& signal, const Unit& unit);
 /// Why two known units of one dimension do not convert, and what to write: "; ...". "" where they do.

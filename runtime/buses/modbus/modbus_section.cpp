@@ -273,6 +273,7 @@ BusSectionType modbus_section_type() {
           .input_noun = "register",
           .entry = modbus_schema(),
           .run_time_condition = "of a unit with run_time",
+          .arrival_noun = "value that is read or written",
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<ModbusSection>(); },
           .check = check_endpoints};
 }

@@ -27,14 +27,14 @@ void BlockNames::declare(const std::string& what, const std::string& name, const
 
 void BlockNames::define(const std::string& name, std::uint32_t value, std::string unit,
                         const std::map<std::string, double>& named_values, bool accepts_any_name,
-                        units::Meaning meaning) {
+                        units::ValueKind value_kind) {
   const std::map<std::string, double>* names = nullptr;
   if (!named_values.empty()) names = &named_values_.emplace_back(named_values);
   defined_[name] = {.index = value,
                     .unit = std::move(unit),
                     .named_values = names,
                     .accepts_any_name = accepts_any_name,
-                    .meaning = meaning};
+                    .value_kind = value_kind};
 }
 
 const expression::Variable* BlockNames::defined(std::string_view name) const {

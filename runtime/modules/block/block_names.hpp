@@ -29,7 +29,7 @@ class BlockNames final : public expression::Scope {
   /// The value that the name stands for, in this unit, from now on.
   void define(const std::string& name, std::uint32_t value, std::string unit,
               const std::map<std::string, double>& named_values = {}, bool accepts_any_name = false,
-              units::Meaning meaning = units::Meaning::written);
+              units::ValueKind value_kind = units::ValueKind::as_unit);
   /// Its definition has a mistake, unless it is defined later: expressions with the name add no other one.
   void set_broken(const std::string& name) { broken_.insert(name); }
   void define_table(const std::string& name, const expression::Table& table) { tables_[name] = &table; }

@@ -19,7 +19,7 @@ using config::Diagnostics;
 using config::Expression;
 using config::in_quotes;
 using config::Value;
-using expression::Wanted;
+using expression::ResultSpec;
 
 std::uint64_t hash_of(const std::string& text) {
   std::uint64_t hash = 0;
@@ -93,42 +93,42 @@ class BlockCompiler {
   /// A new number for each expression, so that each has random numbers of its own.
   std::uint64_t next_seed() { return splitmix64(seed_ + splitmix64_step * ++expressions_); }
 
-  std::optional<Program> compiled(const Expression& expression, const Wanted& wanted) {
-    return Program::compile(expression, names_, wanted, {.period_ns = task_.period_ns, .seed = next_seed()},
+  std::optional<Program> compiled(const Expression& expression, const ResultSpec& spec) {
+    return Program::compile(expression, names_, spec, {.period_ns = task_.period_ns, .seed = next_seed()},
                             diagnostics_);
   }
-  std::optional<Program> compiled(const Value& text, const Wanted& wanted) {
+  std::optional<Program> compiled(const Value& text, const ResultSpec& spec) {
     const auto expression = Expression::parse(text, diagnostics_);
-    return expression ? compiled(*expression, wanted) : std::nullopt;
+    return expression ? compiled(*expression, spec) : std::nullopt;
   }
-  std::optional<Program> compiled(const Value& section, const std::string& field, const Wanted& wanted) {
-    return section.has(field) ? compiled(section[field], wanted) : std::nullopt;
+  std::optional<Program> compiled(const Value& section, const std::string& field, const ResultSpec& spec) {
+    return section.has(field) ? compiled(section[field], spec) : std::nullopt;
   }
 
   struct Constant {
     double value = 0.0;
     std::string unit;
-    units::Meaning meaning = units::Meaning::written;
+    units::ValueKind value_kind = units::ValueKind::as_unit;
   };
   /// The value of an expression of parameters.
-  std::optional<Constant> constant(const Expression& expression, const Wanted& wanted) {
+  std::optional<Constant> constant(const Expression& expression, const ResultSpec& spec) {
     for (const Expression::Node& node : expression.nodes()) {
       if (node.operation != Expression::Operation::name || node.word.text != "time") continue;
-      diagnostics_.add(node.word.place, wanted.what + " is constant, and 'time' is not");
+      diagnostics_.add(node.word.place, spec.what + " is constant, and 'time' is not");
       return std::nullopt;
     }
-    auto program = Program::compile(expression, constants_, wanted, {}, diagnostics_);
+    auto program = Program::compile(expression, constants_, spec, {}, diagnostics_);
     if (!program) return std::nullopt;
     const double value = program->evaluate(equations_.initial_values, 0.0);
     if (!std::isfinite(value)) {
-      diagnostics_.add(expression.place(), wanted.what + " has no finite value");
+      diagnostics_.add(expression.place(), spec.what + " has no finite value");
       return std::nullopt;
     }
-    return Constant{value, program->unit(), program->meaning()};
+    return Constant{value, program->unit(), program->value_kind()};
   }
-  std::optional<Constant> constant(const Value& text, const Wanted& wanted) {
+  std::optional<Constant> constant(const Value& text, const ResultSpec& spec) {
     const auto expression = Expression::parse(text, diagnostics_);
-    return expression ? constant(*expression, wanted) : std::nullopt;
+    return expression ? constant(*expression, spec) : std::nullopt;
   }
 
   bool is_known_unit(const Value& unit) {
@@ -138,10 +138,10 @@ class BlockCompiler {
   }
   /// "1" is the unit of plain numbers.
   static std::string unit_of(const Value& unit) { return unit.text() == "1" ? "" : unit.text(); }
-  Wanted wanted_of(const Value& section, const std::string& name) {
-    Wanted wanted{.unit = std::nullopt, .what = in_quotes(name)};
-    if (section.has("unit") && is_known_unit(section["unit"])) wanted.unit = unit_of(section["unit"]);
-    return wanted;
+  ResultSpec result_spec(const Value& section, const std::string& name) {
+    ResultSpec spec{.unit = std::nullopt, .what = in_quotes(name)};
+    if (section.has("unit") && is_known_unit(section["unit"])) spec.unit = unit_of(section["unit"]);
+    return spec;
   }
 
   // ---- places of values
@@ -201,8 +201,8 @@ class BlockCompiler {
       const auto value = constant(expression, {.unit = std::nullopt, .what = "parameter " + in_quotes(name)});
       if (!value) return;
       const std::uint32_t place = add_value(value->value);
-      names_.define(name, place, value->unit, {}, false, value->meaning);
-      constants_.define(name, place, value->unit, {}, false, value->meaning);
+      names_.define(name, place, value->unit, {}, false, value->value_kind);
+      constants_.define(name, place, value->unit, {}, false, value->value_kind);
       parameter_ports.push_back(
           {.name = name, .unit = value->unit, .about = "parameter of the block", .initial = value->value});
       parameter_values.push_back(place);
@@ -227,8 +227,8 @@ class BlockCompiler {
   void add_states() {
     for_each(section_["states"], [&](const std::string& name, const config::Place& place,
                                      const Value& section) {
-      const Wanted wanted = wanted_of(section, name);
-      const auto initial = constant(section["initial"], wanted);
+      const ResultSpec spec = result_spec(section, name);
+      const auto initial = constant(section["initial"], spec);
       equations_.states.push_back({.name = name});
       if (!initial) {
         set_broken(name);
@@ -237,7 +237,7 @@ class BlockCompiler {
       BlockState& state = equations_.states.back();
       state.value = add_value(initial->value);
       state.initial = initial->value;
-      names_.define(name, state.value, initial->unit, {}, false, initial->meaning);
+      names_.define(name, state.value, initial->unit, {}, false, initial->value_kind);
       if (section.has("derivative") && section.has("next"))
         diagnostics_.add(place, "'" + name + "' has a derivative and a next value; a state has one of them");
     });
@@ -297,10 +297,10 @@ class BlockCompiler {
   void add_variables() {
     for_each_in_order(section_["variables"],
                       [&](const std::string& name, const Expression& expression, const Value& section) {
-                        auto program = compiled(expression, wanted_of(section, name));
+                        auto program = compiled(expression, result_spec(section, name));
                         if (!program) return;
                         const std::uint32_t place = add_value(0.0);
-                        names_.define(name, place, program->unit(), {}, false, program->meaning());
+                        names_.define(name, place, program->unit(), {}, false, program->value_kind());
                         equations_.variables.push_back({place, std::move(*program)});
                       });
   }
@@ -311,18 +311,18 @@ class BlockCompiler {
       BlockState& state = equations_.states[i++];
       const expression::Variable* const variable = names_.defined(name);
       if (variable == nullptr) return;
-      const auto wanted = [&](const char* what) {
-        return Wanted{.unit = variable->unit, .what = std::string(what) + in_quotes(name)};
+      const auto spec_of = [&](const char* what) {
+        return ResultSpec{.unit = variable->unit, .what = std::string(what) + in_quotes(name)};
       };
       state.derivative = compiled_derivative(section, name, variable->unit, state.unit_per_derivative);
-      state.next = compiled(section, "next", wanted("the next value of "));
-      state.min = compiled(section, "min", wanted("the least value of "));
-      state.max = compiled(section, "max", wanted("the largest value of "));
+      state.next = compiled(section, "next", spec_of("the next value of "));
+      state.min = compiled(section, "min", spec_of("the least value of "));
+      state.max = compiled(section, "max", spec_of("the largest value of "));
       check_initial(state, section, variable->unit);
       if (!section.has("reset")) return;
       const Value& reset = section["reset"];
       auto when = compiled(reset["when"], {.truth = true, .what = "'when'"});
-      auto to = compiled(reset["to"], wanted("the value of "));
+      auto to = compiled(reset["to"], spec_of("the value of "));
       if (when && to) state.reset = BlockReset{std::move(*when), std::move(*to)};
     });
   }
@@ -428,19 +428,21 @@ class BlockCompiler {
         add_output(name, *variable);
         return;
       }
-      auto program = compiled(section["value"], wanted_of(section, name));
+      auto program = compiled(section["value"], result_spec(section, name));
       if (!program) return;
       ports_.outputs.push_back({.name = name,
                                 .unit = program->unit(),
                                 .about = "output of the block",
-                                .meaning = program->meaning()});
+                                .value_kind = program->value_kind()});
       equations_.outputs.push_back({0, std::move(program)});
     });
   }
 
   void add_output(const std::string& name, const expression::Variable& variable) {
-    Port port{
-        .name = name, .unit = variable.unit, .about = "output of the block", .meaning = variable.meaning};
+    Port port{.name = name,
+              .unit = variable.unit,
+              .about = "output of the block",
+              .value_kind = variable.value_kind};
     if (variable.named_values != nullptr) port.named_values = *variable.named_values;
     ports_.outputs.push_back(std::move(port));
     equations_.outputs.push_back({variable.index, std::nullopt});

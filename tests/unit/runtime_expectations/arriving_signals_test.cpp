@@ -36,7 +36,7 @@ class ReceivedSignals : public Expectations {
     for (std::int64_t time = from_ms; time < to_ms; ++time) {
       receive(mode_, mode, fresh, time * ms);
       table_.write(fresh_, fresh ? 1.0 : 0.0, time * ms);
-      judge.check(table_, {}, time * ms);
+      judge.check(table_, {.time_ns = time * ms});
     }
   }
 };
@@ -133,13 +133,13 @@ TEST_F(ReceivedSignals, RequestsWithoutTheReplyingBusAreCountedSeparately) {
   for (int i = 1; i <= 40; ++i) {
     set_speed(*claim, i, i * 100 * ms);
     receive(answer_, i, true, i * 100 * ms + 10 * ms);
-    claim->check(table_, {}, i * 100 * ms + 10 * ms);
+    claim->check(table_, {.time_ns = i * 100 * ms + 10 * ms});
   }
   set_speed(*claim, 41, 4'100 * ms);
   table_.write(connected_, 0.0, 4'120 * ms);
-  claim->check(table_, {}, 4'120 * ms);
+  claim->check(table_, {.time_ns = 4'120 * ms});
   table_.write(connected_, 1.0, 4'300 * ms);
-  claim->check(table_, {}, 4'300 * ms);
+  claim->check(table_, {.time_ns = 4'300 * ms});
   set_speed(*claim, 42, 4'980 * ms);
   expect(*claim, {5'000 * ms, 1, ms}, Result::held,
          {"40 requests, 0 unanswered",
@@ -154,7 +154,7 @@ TEST_F(ReceivedSignals, TooFewJudgedRequestsAreNotChecked) {
   table_.write(connected_, 1.0, 0);
   set_speed(*claim, 1, 100 * ms);
   receive(answer_, 1, true, 110 * ms);
-  claim->check(table_, {}, 110 * ms);
+  claim->check(table_, {.time_ns = 110 * ms});
   table_.write(connected_, 0.0, 190 * ms);
   for (int i = 2; i <= 9; ++i)
     set_speed(*claim, i, i * 100 * ms);

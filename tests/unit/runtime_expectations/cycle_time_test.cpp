@@ -33,7 +33,7 @@ class CycleTimes : public Expectations {
   /// The newest frame of a tick.
   void frame(Judge& judge, std::int64_t stamp_ns) {
     table_.write(mode_, 1.0, stamp_ns);
-    judge.check(table_, {}, stamp_ns);
+    judge.check(table_, {.time_ns = stamp_ns});
   }
 };
 
@@ -70,11 +70,13 @@ TEST_F(CycleTimes, CountEveryFrameOfATick) {
   device.receive(0, 1, 10 * ms);  // one of both signals is multiplexed
   device.receive(1, 1, 20 * ms);
   device.receive({{0, 1}, {1, 1}}, 30 * ms);
-  judge->check(table_, arrivals_.collect(), 30 * ms);
+  arrivals_.collect();
+  judge->check(table_, {.time_ns = 30 * ms});
   device.receive(0, 1, 41 * ms);
   allocation_guard::reset();
   allocation_guard::enter_tick();
-  judge->check(table_, arrivals_.collect(), 45 * ms);
+  arrivals_.collect();
+  judge->check(table_, {.time_ns = 45 * ms});
   allocation_guard::leave_tick();
   EXPECT_EQ(allocation_guard::seen().total(), 0U);
   const auto result = expect(*judge, until(45 * ms, 45), Result::held, {"0 of 4 intervals outside"});
@@ -91,7 +93,8 @@ TEST_F(CycleTimes, CountFramesWithOneStamp) {
   const auto judge = this->judge(claim());
   for (const std::int64_t stamp_ms : {0, 10, 10, 20})
     device.receive({{0, 1}, {1, 1}}, stamp_ms * ms);
-  judge->check(table_, arrivals_.collect(), 20 * ms);
+  arrivals_.collect();
+  judge->check(table_, {.time_ns = 20 * ms});
   const auto result = expect(*judge, until(20 * ms, 20), Result::failed, {"1 of 3 intervals outside"});
   EXPECT_DOUBLE_EQ(result.margin, -0.009);
   EXPECT_EQ(result.first_failure_ns, 10 * ms);
@@ -109,7 +112,7 @@ TEST_F(CycleTimes, OfAMessageThatStopsFail) {
 
 TEST_F(CycleTimes, WithoutAnIntervalAreNotChecked) {
   const auto judge = this->judge(claim(2));
-  judge->check(table_, {}, 0);
+  judge->check(table_, {.time_ns = 0});
   auto result = expect(*judge, until(5 * ms, 5), Result::not_checked, {"at least 2 have to be judged"});
   EXPECT_TRUE(std::isnan(result.margin));
   frame(*judge, 6 * ms);

@@ -129,9 +129,9 @@ TEST_F(Expectations, ResponsesAreMeasuredByTheTimesOfTheValues) {
   const auto judge = responses(50 * ms, 3);
   for (int i = 1; i <= 3; ++i) {
     request(*judge, i, i * 100 * ms);
-    judge->check(table_, {}, i * 100 * ms + ms);  // an unchanged value is no second request
+    judge->check(table_, {.time_ns = i * 100 * ms + ms});  // an unchanged value is no second request
     reply(*judge, i, i * 100 * ms + i * 10 * ms);
-    judge->check(table_, {}, i * 100 * ms + 60 * ms);
+    judge->check(table_, {.time_ns = i * 100 * ms + 60 * ms});
   }
   expect(*judge, until(1'000 * ms), Result::held, {"3 requests, 0 unanswered, 0 late, slowest 30.00 ms"});
   const auto times = judge->response_times(1'000 * ms);
@@ -223,7 +223,7 @@ TEST_F(Expectations, UnchangedValueThatIsFreshAgainIsNoRequest) {
   request(*judge, 1, 10 * ms);
   reply(*judge, 1, 12 * ms);
   table_.write(request_, {.value = 0.0, .time_ns = 100 * ms, .fresh = false});
-  judge->check(table_, {}, 100 * ms);
+  judge->check(table_, {.time_ns = 100 * ms});
   request(*judge, 1, 200 * ms);
   EXPECT_EQ(judge->response_times(1'000 * ms)->unanswered, 0U);
   request(*judge, 2, 300 * ms);
@@ -235,7 +235,7 @@ TEST_F(Expectations, ReplyBeforeTheRequestDoesNotCount) {
   const auto judge = responses(50 * ms);
   table_.write(request_, 3.0, 100 * ms);
   table_.write(reply_, 3.0, 99 * ms);
-  judge->check(table_, {}, 101 * ms);
+  judge->check(table_, {.time_ns = 101 * ms});
   EXPECT_TRUE(judge->response_times(120 * ms)->samples_ns.empty());
   reply(*judge, 4, 105 * ms);
   reply(*judge, 3, 110 * ms);
@@ -254,10 +254,10 @@ TEST_F(Expectations, TooFewRequestsAreNotChecked) {
 TEST_F(Expectations, ValuesThatAreNotFreshAreNeitherRequestsNorReplies) {
   const auto judge = responses(50 * ms);
   table_.write(request_, {.value = 1.0, .time_ns = 0, .fresh = false});
-  judge->check(table_, {}, 0);
+  judge->check(table_, {.time_ns = 0});
   request(*judge, 2, 100 * ms);
   table_.write(reply_, {.value = 2.0, .time_ns = 110 * ms, .fresh = false});
-  judge->check(table_, {}, 110 * ms);
+  judge->check(table_, {.time_ns = 110 * ms});
   expect(*judge, until(1'000 * ms), Result::failed, {"1 requests, 1 unanswered"});
 }
 

@@ -26,7 +26,7 @@ class Freshness : public Expectations {
       table_.write(mode_, {.value = 1.0, .time_ns = *frame_ms * ms, .fresh = is_fresh});
       table_.write(fresh_, is_fresh ? 1.0 : 0.0, tick * ms);
     }
-    judge.check(table_, {}, tick * ms);
+    judge.check(table_, {.time_ns = tick * ms});
   }
 };
 

@@ -122,7 +122,7 @@ TEST_F(AtInstants, HaveMistakesAtTheirPlaces) {
   const auto judge = judge_of_expectation(
       {.name = "g", .place = {}, .claim = claim_of(Instants{{"bus.Gear", {}}, {at(0, 2, "Park")}})});
   table_.write(gear, 3.0, 0);
-  judge->check(table_, {}, 0);
+  judge->check(table_, {.time_ns = 0});
   EXPECT_EQ(expect(*judge, until(ms), Result::held).margin, 0.0);
 }
 

@@ -38,12 +38,12 @@ class Expectations : public ::testing::Test {
   const signals::SignalId request_ = table_.add({.name = "bus.Header.Counter", .unit = "", .writer = "bus"});
   const signals::SignalId reply_ = table_.add({.name = "bus.Command.AnswerTo", .unit = "", .writer = "bus"});
 
-  Arrivals arrivals_;  ///< empty unless a test keeps samples of inputs
+  Arrivals arrivals_;  ///< empty unless a test keeps arrivals of inputs
 
   template <class Data>
-  std::unique_ptr<Judge> judge(Data claim, std::uint64_t max_samples = 1000) {
+  std::unique_ptr<Judge> judge(Data claim, std::uint64_t duration_ticks = 1000) {
     return judge_of_expectation({.name = "claim", .place = {}, .claim = claim_of(std::move(claim))},
-                                max_samples);
+                                duration_ticks);
   }
   template <class Data>
   std::unique_ptr<Judge> windowed(Data claim, const config::WindowSection& window) {
@@ -51,20 +51,20 @@ class Expectations : public ::testing::Test {
         {.name = "claim", .place = {}, .window = window, .claim = claim_of(std::move(claim))});
   }
   std::unique_ptr<Judge> judge_of_expectation(const config::Expectation& expectation,
-                                              std::uint64_t max_samples = 1000) {
+                                              std::uint64_t duration_ticks = 1000) {
     return make_judge({.expectation = expectation,
                        .table = table_,
                        .arrivals = arrivals_,
-                       .max_samples = max_samples,
+                       .duration_ticks = duration_ticks,
                        .options = {.period_ns = ms, .seed = 0}});
   }
   std::unique_ptr<Judge> responses(std::int64_t within_ns, std::uint64_t at_least = 1,
-                                   std::uint64_t max_samples = 1000) {
+                                   std::uint64_t duration_ticks = 1000) {
     return judge(Response{.request = {"bus.Header.Counter", {}},
                           .reply = {"bus.Command.AnswerTo", {}},
                           .within_ns = within_ns,
                           .at_least = at_least},
-                 max_samples);
+                 duration_ticks);
   }
   /// Checks the result, and that its detail contains each of the words.
   static report::Expectation expect(const Judge& judge, const Extent& extent, Result expected,
@@ -81,15 +81,15 @@ class Expectations : public ::testing::Test {
 
   void set_speed(Judge& judge, double speed, std::int64_t time_ns) {
     table_.write(speed_, speed, time_ns);
-    judge.check(table_, {}, time_ns);
+    judge.check(table_, {.time_ns = time_ns});
   }
   void request(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(request_, value, time_ns);
-    judge.check(table_, {}, time_ns);
+    judge.check(table_, {.time_ns = time_ns});
   }
   void reply(Judge& judge, double value, std::int64_t time_ns) {
     table_.write(reply_, value, time_ns);
-    judge.check(table_, {}, time_ns);
+    judge.check(table_, {.time_ns = time_ns});
   }
 };
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -83,14 +84,26 @@ class FramesAsInstants : public Expectations {
     variable_.update(table_, {.time_ns = time_ns});
     judges_->check(table_, time_ns);
   }
-  report::Expectation result(const std::string& name) {
+  report::RunRecord record() {
     report::RunRecord record;
     judges_->fill({.end_ns = ticks_ * scenario_.base_period_ns,
                    .ticks = static_cast<std::uint64_t>(ticks_),
                    .period_ns = scenario_.base_period_ns},
                   record);
-    for (const report::Expectation& expectation : record.expectations)
+    return record;
+  }
+  report::Expectation result(const std::string& name) {
+    const report::RunRecord all = record();
+    for (const report::Expectation& expectation : all.expectations)
       if (expectation.name == name) return expectation;
+    ADD_FAILURE() << name;
+    return {};
+  }
+  /// The times of a reaction or a response.
+  std::vector<std::int64_t> result_times(const std::string& name) {
+    const report::RunRecord all = record();
+    for (const report::ResponseTime& times : all.response_times)
+      if (times.name == name) return times.samples_ns;
     ADD_FAILURE() << name;
     return {};
   }
@@ -217,6 +230,94 @@ TEST_F(FramesAsInstants, ThatAreLostLeaveWhatDidNotFailUnchecked) {
   EXPECT_EQ(result("fails").result, Result::failed);
   EXPECT_EQ(result("misses").result, Result::not_checked);
   EXPECT_EQ(result("another signal").result, Result::held);
+}
+
+/// More reactions are open than a run of this length has ticks.
+TEST_F(FramesAsInstants, BeginAnyNumberOfReactionsInATick) {
+  scenario_.duration_ticks = 4;
+  expect_that("reaction", Reaction{.when = condition("can.car.Status.Mode == 3"),
+                                   .then = condition("can.car.Status.Level == 1"),
+                                   .within_ns = 20 * ms,
+                                   .at_least = 50});
+  frame(1, 0, 0);
+  tick();
+  for (int i = 0; i < 50; ++i) {
+    frame(3, 0, ms + i);
+    frame(1, 0, ms + i);
+  }
+  tick();
+  frame(1, 1, 12 * ms);
+  tick();
+  EXPECT_EQ(result("reaction").result, Result::held) << result("reaction").detail;
+  EXPECT_NE(result("reaction").detail.find("50 of 50 reactions in time"), std::string::npos)
+      << result("reaction").detail;
+  EXPECT_EQ(result_times("reaction").size(), 50U);
+}
+
+TEST_F(FramesAsInstants, MayAllBeRequestsOfATick) {
+  scenario_.duration_ticks = 4;
+  expect_that("response", Response{.request = {"can.car.Status.Mode", {}},
+                                   .reply = {"can.car.Status.Level", {}},
+                                   .within_ns = 20 * ms,
+                                   .at_least = 50});
+  tick();
+  for (int i = 0; i < 50; ++i)
+    device_.receive(0, i, ms + i);
+  tick();
+  for (int i = 0; i < 50; ++i)
+    device_.receive(1, i, 12 * ms + i);
+  tick();
+  EXPECT_EQ(result("response").result, Result::held) << result("response").detail;
+  EXPECT_EQ(result_times("response").size(), 50U);
+}
+
+/// Compares with a search over the list of all instants.
+TEST_F(FramesAsInstants, OfReactionsAreThoseOfAList) {
+  struct ListedInstant {
+    std::int64_t time_ns;
+    bool when, then;
+  };
+  const Reaction claim{condition("can.car.Status.Mode == 3"), condition("can.car.Status.Level == 1"),
+                       15 * ms};
+  expect_that("reaction", claim);
+  std::mt19937 random(74);
+  std::vector<ListedInstant> instants;
+  const auto is_chosen = [&](unsigned percent) { return random() % 100 < percent; };
+  double mode = 1, level = 0;
+  for (std::int64_t tick_number = 0; tick_number < 100; ++tick_number) {
+    const std::int64_t tick_ns = tick_number * scenario_.base_period_ns;
+    const std::uint64_t frames = is_chosen(30) ? random() % 100 : random() % 3;
+    for (std::uint64_t i = 0; tick_number == 0 ? i == 0 : i < frames; ++i) {
+      mode = is_chosen(50) ? 3 : 1;
+      level = is_chosen(2) ? 1 : 0;
+      const std::int64_t time_ns =
+          tick_number == 0 ? 0 : tick_ns - 9 * ms + static_cast<std::int64_t>(i) * ms / 20;
+      frame(mode, level, time_ns);
+      instants.push_back({time_ns, mode == 3, level == 1});
+    }
+    tick();
+    instants.push_back({tick_ns, mode == 3, level == 1});
+  }
+  std::uint64_t begun = 0, in_time = 0, late = 0;
+  for (std::size_t i = 0; i < instants.size(); ++i) {
+    if (!instants[i].when || (i > 0 && instants[i - 1].when)) continue;
+    ++begun;
+    const std::int64_t limit_ns = instants[i].time_ns + claim.within_ns;
+    std::size_t reply = i;
+    while (reply < instants.size() && !instants[reply].then)
+      ++reply;
+    if (reply < instants.size() && instants[reply].time_ns <= limit_ns)
+      ++in_time;
+    else if (limit_ns <= instants.back().time_ns)
+      ++late;
+  }
+  ASSERT_GT(begun, 300U);
+  ASSERT_GT(late, 0U);
+  const std::string expected =
+      std::to_string(in_time) + " of " + std::to_string(in_time + late) + " reactions in time";
+  EXPECT_NE(result("reaction").detail.find(expected), std::string::npos)
+      << expected << ": " << result("reaction").detail;
+  EXPECT_EQ(result("reaction").detail.find("open at once"), std::string::npos) << result("reaction").detail;
 }
 
 TEST_F(FramesAsInstants, AllocateNothing) {

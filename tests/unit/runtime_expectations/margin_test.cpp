@@ -78,12 +78,12 @@ TEST_F(Margins, HaveTheRandomNumbersOfTheirCondition) {
   table_.write(speed_, 1.0, 0);
   const auto judge = this->judge(Always{condition("ego.speed + noise(1 m/s) > 0")});
   for (int tick = 0; tick < 1000; ++tick)
-    judge->check(table_, {}, tick * ms);
+    judge->check(table_, {.time_ns = tick * ms});
   const auto result = expect(*judge, until(1000 * ms, 1000), Result::failed);
   EXPECT_LT(result.margin, 0.0);
   const auto held = this->judge(Always{condition("ego.speed + noise(1 m/s) > -100")});
   for (int tick = 0; tick < 1000; ++tick)
-    held->check(table_, {}, tick * ms);
+    held->check(table_, {.time_ns = tick * ms});
   EXPECT_DOUBLE_EQ(expect(*held, until(1000 * ms, 1000), Result::held).margin, result.margin + 100.0);
 }
 

@@ -24,7 +24,7 @@ class Occurrences : public Expectations {
   void tick(Judge& judge, double request, double speed) {
     table_.write(request_, request, time_ns_);
     table_.write(speed_, speed, time_ns_);
-    judge.check(table_, {}, time_ns_);
+    judge.check(table_, {.time_ns = time_ns_});
     time_ns_ += ms;
   }
   report::Expectation expect_now(const Judge& judge, Result expected,

@@ -109,7 +109,7 @@ TEST_F(Tracking, OneInstantIsNoCurve) {
   expect(*twice, until(9 * ms, 9), Result::held, {"2 instants were compared, from 3 ms to 4 ms"});
 }
 
-TEST_F(Tracking, NeedsSomeInstants) {
+TEST_F(Tracking, IsNotCheckedWithFewerThanAtLeastInstants) {
   for (const int instants : {19, 20}) {
     Tracks tracks = claim(ramp, "1 m/s");
     tracks.at_least = 20;

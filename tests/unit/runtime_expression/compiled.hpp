@@ -29,7 +29,7 @@ class Names final : public Scope {
         return Variable{.index = i,
                         .unit = all[i].unit,
                         .named_values = name == "state" ? &states : nullptr,
-                        .meaning = all[i].meaning,
+                        .value_kind = all[i].value_kind,
                         .lacks_unit = name == "raw_share"};
     return std::nullopt;
   }
@@ -50,7 +50,7 @@ class Names final : public Scope {
   struct Named {
     std::string name, unit;
     double value = 0.0;
-    units::Meaning meaning = units::Meaning::written;
+    units::ValueKind value_kind = units::ValueKind::as_unit;
   };
   std::vector<Named> all{{"a", "", 1.0},
                          {"b", "", 2.0},
@@ -69,8 +69,8 @@ class Names final : public Scope {
                          {"n", "rpm", 600.0},
                          {"w", "rad/s", 2.0},
                          {"f", "Hz", 10.0},
-                         {"rise", "K", 8.0, units::Meaning::difference},
-                         {"rate", "1/s", 4.0, units::Meaning::computed},
+                         {"rise", "K", 8.0, units::ValueKind::difference},
+                         {"rate", "1/s", 4.0, units::ValueKind::open},
                          {"raw_share", "", 0.2}};
   std::map<std::string, double> states{{"green", 1.0}, {"red", 2.0}, {"same", unknown}};
 };
@@ -78,7 +78,7 @@ class Names final : public Scope {
 inline constexpr std::int64_t period_ns = 100'000'000;
 
 /// Empty: `mistakes` has them.
-inline std::optional<Program> compile(const std::string& written, const Wanted& wanted,
+inline std::optional<Program> compile(const std::string& written, const ResultSpec& spec,
                                       std::string* mistakes = nullptr) {
   config::Diagnostics diagnostics;
   const auto value = config::parse_text("f", '"' + written + '"', config::Schema::text(), diagnostics);
@@ -86,7 +86,7 @@ inline std::optional<Program> compile(const std::string& written, const Wanted& 
   const auto expression = config::Expression::parse(*value, diagnostics);
   if (!expression) throw std::runtime_error(diagnostics.to_text());
   auto program =
-      Program::compile(*expression, Names(), wanted, {.period_ns = period_ns, .seed = 5}, diagnostics);
+      Program::compile(*expression, Names(), spec, {.period_ns = period_ns, .seed = 5}, diagnostics);
   EXPECT_EQ(program.has_value(), diagnostics.count() == 0 && !written.starts_with("broken."));
   if (mistakes != nullptr) *mistakes = diagnostics.to_text();
   if (mistakes == nullptr && !program) throw std::runtime_error(written + ": " + diagnostics.to_text());

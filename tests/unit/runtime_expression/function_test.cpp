@@ -163,7 +163,7 @@ TEST(UnknownArguments, MakeACountALowerBound) {
   EXPECT_EQ(compile(count, {.truth = true})->evaluate(test::Names().values(), 0.0), 0.0);
 }
 
-TEST(UnknownArguments, OfAResetEndWhatItResets) {
+TEST(UnknownArguments, UnknownResetMakesTheResultUnknown) {
   // b is 2, so `lost` alone is unknown; a selects the reset.
   const std::string reset = "(if a == 7 then lost == 1 else a < 0)";
   const std::vector<double> values{2, 0, 7, 2, -1, 2};
@@ -192,7 +192,7 @@ std::vector<double> steps_at(const std::string& written, const std::vector<std::
   return results;
 }
 
-TEST(SkippedSteps, HaveTheValueBeforeThem) {
+TEST(SkippedSteps, FunctionsUseTheLastValueForSkippedSteps) {
   for (const std::string function :
        {"previous(a)", "delay(a, 0.3 s)", "delay(a, 0.3 s, 7)", "delay(a, 0.1 s)", "lag(a, dt)",
         "lag(a, dt, 7)", "rate_limit(a, 20 / 1 s)", "rate_limit(a, 20 / 1 s, 3 / 1 s)", "hysteresis(a, 1, 3)",
@@ -219,7 +219,8 @@ std::vector<double> judged(const std::string& written, const std::vector<Written
   for (const Written& one : a) {
     values[0] = one.value;
     written_s[0] = one.at_s;
-    results.push_back(program->evaluate(values, Step{.time_s = 0.1 * one.step, .written_s = written_s}));
+    results.push_back(
+        program->evaluate(values, EvaluationTime{.time_s = 0.1 * one.step, .written_s = written_s}));
   }
   return results;
 }
@@ -247,7 +248,7 @@ TEST(Frames, BetweenStepsAdvanceMemoryButNoNoise) {
   std::vector<double> values = test::Names().values();
   const auto step = [&](Program& program, double time_s, double value, bool is_tick) {
     values[0] = value;
-    return program.evaluate(values, Step{.time_s = time_s, .is_tick = is_tick});
+    return program.evaluate(values, EvaluationTime{.time_s = time_s, .is_tick = is_tick});
   };
   EXPECT_EQ(step(*count, 0.0, 0, true), 0.0);
   EXPECT_EQ(step(*count, 0.03, 2, false), 1.0);
@@ -284,7 +285,7 @@ TEST(Functions, RefuseConstantArgumentsOutOfRange) {
     EXPECT_TRUE(compile(written, {.unit = std::nullopt})) << written;
 }
 
-TEST(Programs, KnowWhatIsTheSameInAllSteps) {
+TEST(Programs, ValueInAllStepsIsKnownOnlyIfNoInputDecides) {
   const std::vector<double> nothing(test::Names().all.size(), unknown);
   const auto result = [&](const std::string& written) {
     return compile(written, {.truth = true})->value_in_all_steps(nothing);

@@ -204,7 +204,7 @@ TEST(Program, RandomTemperaturesFollowTheTableOfTheGuide) {
   EXPECT_GT(refused, 1000);
 }
 
-TEST(Program, TurnsRadiansAndCycles) {
+TEST(Program, RatesConvertBetweenTurnsRadiansAndCyclesOrAreRefused) {
   const double turn = 2.0 * std::acos(-1.0);
   EXPECT_EQ(value_of("3000 rpm", "rpm"), 3000.0) << "not by way of the SI";
   EXPECT_EQ(value_of("n", "1/min"), 600.0);
@@ -237,9 +237,9 @@ TEST(Program, TurnsRadiansAndCycles) {
   EXPECT_DOUBLE_EQ(value_of("rate", "Hz"), 4.0);
   EXPECT_EQ(compile("v / x * 1 rad", {.unit = std::nullopt})->unit(), "rad/s");
   EXPECT_EQ(compile("v / x", {.unit = std::nullopt})->unit(), "1/s");
-  EXPECT_EQ(compile("v / x", {.unit = std::nullopt})->meaning(), units::Meaning::computed);
-  EXPECT_EQ(compile("t - u", {.unit = std::nullopt})->meaning(), units::Meaning::difference);
-  EXPECT_EQ(compile("f", {.unit = std::nullopt})->meaning(), units::Meaning::written);
+  EXPECT_EQ(compile("v / x", {.unit = std::nullopt})->value_kind(), units::ValueKind::open);
+  EXPECT_EQ(compile("t - u", {.unit = std::nullopt})->value_kind(), units::ValueKind::difference);
+  EXPECT_EQ(compile("f", {.unit = std::nullopt})->value_kind(), units::ValueKind::as_unit);
   EXPECT_EQ(compile("3 N m * n", {.unit = std::nullopt})->unit(), "rev kg m2/s3");
   EXPECT_EQ(compile("n * dt", {.unit = std::nullopt})->unit(), "rev");
   for (const char* condition :
@@ -441,14 +441,17 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
       {"share * angle == 2", "f:1:19: this number needs a unit: the other side of '==' is in 1"},
       {"t - 5 degC > u",
        "f:1:13: '>' has a difference of temperatures and a temperature in degF; a difference is in K"},
-      {"t + u > 5 K", "f:1:4: the sum of two temperatures on their scales is none; a difference that is"},
-      {"t - u - 5 degC > 1 K", "f:1:8: a difference of temperatures less a temperature in degC is none"},
+      {"t + u > 5 K",
+       "f:1:4: temperatures in degC or degF can not be added; write the one that is a difference in K"},
+      {"t - u - 5 degC > 1 K",
+       "f:1:8: a temperature in degC can not be subtracted from a difference of temperatures"},
       {"2 * t > 5 K", "f:1:4: a temperature in degC times or over a plain number depends on where its"},
       {"t / 2 > 5 K", "f:1:4: a temperature in degC times or over a plain number"},
       {"share * t > 5 K", "f:1:8: a temperature in degC times or over a plain number"},
       {"2 * 5 degC > 5 K", "f:1:4: a temperature in degC times or over a plain number"},
       {"abs(t) > 5 degC", "f:1:2: 'abs' of a temperature in degC depends on where its scale begins"},
-      {"pid(t - u, 1, 0, 0, 0 degC, 5 degC) > 5 K", "f:1:22: 'pid' has limits of a difference"},
+      {"pid(t - u, 1, 0, 0, 0 degC, 5 degC) > 5 K",
+       "f:1:22: the output of 'pid' is a difference, so its limits can not be in degC; write them in K"},
       {"noise(t) > 5 K", "f:1:8: 'noise' needs a difference of temperatures; this is a temperature in degC"},
       {"5 W * 2 K/W < 50 degC",
        "f:1:14: '<' has a number in degC beside a computed value in K, which may be a temperature or"},
@@ -461,7 +464,7 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
       {"x ^ a > 1", "f:1:4: the exponent of a value in m is a whole number from -100 to 100"},
       {"2 ^ x > 1", "f:1:4: an exponent is a plain number"},
       {"v and a", "f:1:2: 'and' needs a condition; this is a value in m/s"},
-      {"a and 1", "f:1:8: 'and' needs a condition; this is a value in a plain number"},
+      {"a and 1", "f:1:8: 'and' needs a condition; this is a plain number"},
       {"(a == 1) + 1 > 1", "f:1:5: this is true or false, and '+' needs numbers; use if ... then 1 else 0"},
       {"speed > 1", "f:1:2: there is no signal 'speed'; known here: a, b"},
       {"sin > 1", "f:1:2: the function 'sin' needs its arguments in parentheses"},
@@ -496,7 +499,7 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
   EXPECT_EQ(none, "") << "its part has a mistake already";
 }
 
-TEST(Program, TheResultHasTheWantedUnit) {
+TEST(Program, TheResultHasTheRequiredUnit) {
   std::string text;
   EXPECT_FALSE(compile("v * 1 s", {.unit = "m/s", .what = "'speed'"}, &text));
   EXPECT_NE(text.find("'speed' is in m/s; this is in m"), std::string::npos) << text;

@@ -33,16 +33,16 @@ Names world() {
   return names;
 }
 
-std::optional<Program> compile(const std::string& written, const Wanted& wanted, std::string& mistakes) {
+std::optional<Program> compile(const std::string& written, const ResultSpec& spec, std::string& mistakes) {
   config::Diagnostics diagnostics;
-  auto program = Program::compile(parsed(written), world(), wanted, {}, diagnostics);
+  auto program = Program::compile(parsed(written), world(), spec, {}, diagnostics);
   mistakes = diagnostics.to_text();
   return program;
 }
 
-double value(const std::string& written, const Wanted& wanted) {
+double value(const std::string& written, const ResultSpec& spec) {
   std::string mistakes;
-  auto program = compile(written, wanted, mistakes);
+  auto program = compile(written, spec, mistakes);
   EXPECT_TRUE(program) << mistakes;
   return program ? program->evaluate(world().values(), 0.0) : test::unknown;
 }

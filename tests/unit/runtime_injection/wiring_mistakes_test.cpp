@@ -96,7 +96,7 @@ TEST_F(InjectionMistakes, AreReportedWithTheirPlaces) {
       {"faults: [{name: f, task: plant, takes_longer: 2 ms, readers: [control]}]",
        "13:62: 'readers' belongs to the fault of a signal"},
       {"faults: [{name: f, signal: plant.x, gain: 2 m}]",
-       "13:43: the value of fault 'f' is in a plain number; this is in m"},
+       "13:43: the value of fault 'f' is a plain number; this is in m"},
       {"faults: [{name: f, signal: plant.x, drift: 2 m}]",
        "13:44: the value of fault 'f' is in m/s; this is in m"},
       {"faults: [{name: f, signal: plant.x, stuck: lst}]", "13:44: there is no signal 'lst'"},

@@ -212,15 +212,15 @@ TEST_F(CanWiring, ValueNamesInConditionsAreEvaluated) {
     const auto judge = expectations::make_judge({.expectation = scenario_->expectations.at(0),
                                                  .table = table,
                                                  .arrivals = arrivals,
-                                                 .max_samples = 10,
+                                                 .duration_ticks = 10,
                                                  .options = {.period_ns = 1000000, .seed = 0}});
     const auto mode = table.find("can.car.Status.Mode");
     ASSERT_TRUE(mode);
     table.write(*mode, 12.0, 0);
-    judge->check(table, {}, 0);
+    judge->check(table, {.time_ns = 0});
     EXPECT_NE(judge->result({1, 1, 1'000'000}).result, report::ExpectationResult::held);
     table.write(*mode, 14.0, 1'000'000);
-    judge->check(table, {}, 1'000'000);
+    judge->check(table, {.time_ns = 1'000'000});
     EXPECT_EQ(judge->result({2'000'000, 2, 1'000'000}).result, report::ExpectationResult::held);
   }
   EXPECT_TRUE(wired(changed("can.car.Status.Mode == LimpHome", "\"'limp home' != can.car.Status.Mode\"")))

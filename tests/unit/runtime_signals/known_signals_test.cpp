@@ -10,9 +10,11 @@ namespace {
 class KnownSignalsTest : public ::testing::Test {
  protected:
   units::Conversion conversion(const std::string& unit, const std::string& unit_of_reader,
-                               units::Meaning meaning = units::Meaning::written) {
-    const SignalId signal = table_.add(
-        {.name = "s" + std::to_string(table_.size()), .unit = unit, .writer = "test", .meaning = meaning});
+                               units::ValueKind value_kind = units::ValueKind::as_unit) {
+    const SignalId signal = table_.add({.name = "s" + std::to_string(table_.size()),
+                                        .unit = unit,
+                                        .writer = "test",
+                                        .value_kind = value_kind});
     return known_.conversion_for(signal, "reader", unit_of_reader, {}, diagnostics_);
   }
 
@@ -44,13 +46,13 @@ TEST_F(KnownSignalsTest, WithoutAUnitValuesAreInTheSi) {
   EXPECT_TRUE(diagnostics_.empty()) << diagnostics_.to_text();
 }
 
-TEST_F(KnownSignalsTest, ComputedValuesAreReadByWhatTheyAre) {
-  EXPECT_TRUE(conversion("1/s", "rad/s", units::Meaning::computed).is_identity());
-  EXPECT_TRUE(conversion("1/s", "Hz", units::Meaning::computed).is_identity());
-  EXPECT_TRUE(conversion("K", "K", units::Meaning::difference).is_identity());
+TEST_F(KnownSignalsTest, DifferencesAndOpenRatesConvertByTheirKind) {
+  EXPECT_TRUE(conversion("1/s", "rad/s", units::ValueKind::open).is_identity());
+  EXPECT_TRUE(conversion("1/s", "Hz", units::ValueKind::open).is_identity());
+  EXPECT_TRUE(conversion("K", "K", units::ValueKind::difference).is_identity());
   EXPECT_EQ(diagnostics_.to_text(), "");
-  conversion("1/s", "rpm", units::Meaning::computed);
-  conversion("K", "degC", units::Meaning::difference);
+  conversion("1/s", "rpm", units::ValueKind::open);
+  conversion("K", "degC", units::ValueKind::difference);
   const std::string text = diagnostics_.to_text();
   EXPECT_NE(text.find("'s3' is in 1/s, but 'reader' is in rpm; the computed rate may count radians or turns"),
             std::string::npos)

@@ -1,0 +1,55 @@
+#pragma once
+// The arrivals that a device keeps one by one for the tick: each frame, or the registers of each request. At
+// most max_kept_arrivals wait; newer ones are dropped and counted.
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "io/device.hpp"
+#include "io/handover/arrival_ring.hpp"
+
+namespace hil::io {
+
+/// Threads: keep before the start; add and complete from the device's thread, take from the tick thread, all
+/// without allocation; lost on any.
+class KeptArrivals {
+ public:
+  /// Keeps `count` inputs from `first` on. `max_values`: the most kept values of one arrival.
+  void keep(std::size_t first, std::size_t count, std::size_t max_values) {
+    keeps_.resize(std::max(keeps_.size(), first + count));
+    std::fill_n(keeps_.begin() + static_cast<std::ptrdiff_t>(first), count, true);
+    if (ring_ != nullptr && arriving_.capacity() >= max_values) return;
+    arriving_.reserve(max_values);
+    ring_ = std::make_unique<ArrivalRing>(max_kept_arrivals, arriving_.capacity());
+  }
+
+  /// Adds a value to the arrival that is being decoded, if its input is kept.
+  void add(std::size_t input, double value) noexcept {
+    if (input < keeps_.size() && keeps_[input]) arriving_.push_back({input, value});
+  }
+  /// The arrival has no further value.
+  void complete(RunTimeNs time_ns) noexcept {
+    if (arriving_.empty()) return;
+    if (!ring_->push(arriving_, time_ns)) lost_.fetch_add(1, std::memory_order_relaxed);
+    arriving_.clear();
+  }
+
+  std::optional<Arrival> take(std::span<InputValue> values) noexcept {
+    return ring_ == nullptr ? std::nullopt : ring_->take(values);
+  }
+  std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
+
+ private:
+  std::unique_ptr<ArrivalRing> ring_;  ///< null: nothing is kept
+  std::vector<bool> keeps_;            ///< by input; may be shorter
+  std::vector<InputValue> arriving_;
+  std::atomic<std::uint64_t> lost_{0};
+};
+
+}  // namespace hil::io

@@ -1,0 +1,20 @@
+#pragma once
+// Instants and durations in the sentences of results, in ASCII.
+
+#include <cstdint>
+#include <string>
+
+#include "runtime/report/quantities.hpp"
+
+namespace hil::expectations {
+
+/// "1.005 s"
+inline std::string instant_text(std::int64_t time_ns) {
+  return report::to_ascii(report::instant(time_ns));
+}
+/// "20 ms"
+inline std::string duration_text(std::int64_t time_ns) {
+  return report::to_ascii(report::chosen_time(time_ns));
+}
+
+}  // namespace hil::expectations
