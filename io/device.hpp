@@ -184,8 +184,9 @@ class Device {
     static_cast<void>(input);
     return false;
   }
-  /// Removes the oldest kept arrival, in the order in which they came, and copies its values to the front of
-  /// `values`, of which there are as many as inputs. Empty: there is none. Thread rule of latch_inputs.
+  /// Removes the oldest kept arrival whose values the last latch_inputs had, and copies its values to the
+  /// front of `values`, of which there are as many as inputs. Empty: there is none; after stop(), also none
+  /// that came later. Thread rule of latch_inputs.
   virtual std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept {
     static_cast<void>(values);
     return std::nullopt;

@@ -59,7 +59,8 @@ CanDevice::CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus)
   if (loss_timeout_ns_ == 0) loss_timeout_ns_ = default_loss_timeout_ns;
   samples_.resize(inputs_.size());
   lose_inputs();
-  published_ = std::make_unique<LatestValue<std::vector<Sample>>>(samples_);
+  published_ = std::make_unique<LatestValue<ValuesOfArrivals<std::vector<Sample>>>>(
+      ValuesOfArrivals<std::vector<Sample>>{.values = samples_});
   if (config_.playback) {
     playback_.emplace(*config_.playback);
     for (const PlayedFrame& frame : *config_.playback->frames)
@@ -130,6 +131,7 @@ void CanDevice::stop() noexcept {
     exchange(*last_tick_ns_);  // sends safe values even if a station is lost
   }
   started_ = false;
+  arrivals_.latch_all();
   bus_->close();
   if (log_) log_->close();
   set_health(false, fault());
@@ -138,7 +140,8 @@ void CanDevice::stop() noexcept {
 void CanDevice::latch_inputs(std::span<Sample> samples) noexcept {
   require(samples.size() == inputs_.size(), "one sample per input");
   published_->take_newest();
-  const std::vector<Sample>& newest = published_->current();
+  arrivals_.latch(published_->current().arrivals);
+  const std::vector<Sample>& newest = published_->current().values;
   const RunTimeNs now_ns = clock_ == nullptr ? 0 : clock_->now_ns();
   for (std::size_t input = 0; input < samples.size(); ++input) {
     samples[input] = newest[input];
@@ -495,7 +498,8 @@ void CanDevice::send_requested_safe_values() {
 void CanDevice::publish_if_changed() {
   if (!samples_changed_) return;
   samples_changed_ = false;
-  published_->draft() = samples_;  // same size: no allocation
+  published_->draft().values = samples_;  // same size: no allocation
+  published_->draft().arrivals = arrivals_.completed();
   published_->publish();
 }
 

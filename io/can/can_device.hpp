@@ -242,7 +242,7 @@ class CanDevice final : public Device {
   KeptArrivals arrivals_;
   std::vector<Sample> samples_;  ///< the device thread's copy
   bool samples_changed_ = false;
-  std::unique_ptr<LatestValue<std::vector<Sample>>> published_;
+  std::unique_ptr<LatestValue<ValuesOfArrivals<std::vector<Sample>>>> published_;
 
   std::thread thread_;
   int wake_fd_ = -1;

@@ -1,6 +1,7 @@
 #pragma once
 // The arrivals that a device keeps one by one for the tick: each frame, or the registers of each request. At
-// most max_kept_arrivals wait; newer ones are dropped and counted.
+// most max_kept_arrivals wait; newer ones are dropped and counted. A tick takes those whose values it has
+// latched, and no later one: the device publishes its values with completed(), and latch() takes that number.
 
 #include <algorithm>
 #include <atomic>
@@ -16,8 +17,15 @@
 
 namespace hil::io {
 
-/// Threads: keep before the start; add and complete from the device's thread, take from the tick thread, all
-/// without allocation; lost on any.
+/// The newest values of a device, and how many kept arrivals they contain.
+template <typename Values>
+struct ValuesOfArrivals {
+  Values values{};
+  std::uint64_t arrivals = 0;
+};
+
+/// Threads: keep before the start; add, complete and completed from the device's thread, latch and take from
+/// the tick thread, all without allocation; lost on any. latch_all while the device's thread does not run.
 class KeptArrivals {
  public:
   /// Keeps `count` inputs from `first` on. `max_values`: the most kept values of one arrival.
@@ -36,12 +44,24 @@ class KeptArrivals {
   /// The arrival has no further value.
   void complete(RunTimeNs time_ns) noexcept {
     if (arriving_.empty()) return;
-    if (!ring_->push(arriving_, time_ns)) lost_.fetch_add(1, std::memory_order_relaxed);
+    if (ring_->push(arriving_, time_ns)) {
+      ++completed_;
+    } else {
+      lost_.fetch_add(1, std::memory_order_relaxed);
+    }
     arriving_.clear();
   }
+  /// How many arrivals were completed and not lost.
+  std::uint64_t completed() const noexcept { return completed_; }
 
+  /// The tick has the values of the first `completed` arrivals.
+  void latch(std::uint64_t completed) noexcept { latched_ = completed; }
+  void latch_all() noexcept { latched_ = completed_; }
+  /// Removes the oldest latched arrival and copies its values to the front of `values`. Empty: there is none.
   std::optional<Arrival> take(std::span<InputValue> values) noexcept {
-    return ring_ == nullptr ? std::nullopt : ring_->take(values);
+    if (taken_ == latched_) return std::nullopt;
+    ++taken_;
+    return ring_->take(values);
   }
   std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
 
@@ -49,6 +69,8 @@ class KeptArrivals {
   std::unique_ptr<ArrivalRing> ring_;  ///< null: nothing is kept
   std::vector<bool> keeps_;            ///< by input; may be shorter
   std::vector<InputValue> arriving_;
+  std::uint64_t completed_ = 0;
+  std::uint64_t latched_ = 0, taken_ = 0;  ///< tick thread
   std::atomic<std::uint64_t> lost_{0};
 };
 

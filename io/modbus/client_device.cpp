@@ -61,7 +61,7 @@ ClientDevice::ClientDevice(ClientSettings settings, RegisterMap map)
       run_time_entry_(own_entry(map_, settings_.run_time_ms_entry)),
       heartbeat_entry_(own_entry(map_, settings_.heartbeat_entry)),
       releases_(Release{}),
-      readings_(std::vector<Reading>{}),
+      readings_({}),
       freshness_(map_.read_count(),
                  std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count()),
       session_(settings_.unit),
@@ -130,7 +130,7 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   pacing_ = pacing;
   // The prototypes get their sizes here, so that the tick does not allocate.
   releases_.reset(Release{wanted_, 0});
-  readings_.reset(newest_readings_);
+  readings_.reset({.values = newest_readings_, .arrivals = arrivals_.completed()});
   due_ = false;
   stopping_.store(false);
   safe_requested_.store(false);
@@ -162,6 +162,7 @@ void ClientDevice::stop() noexcept {
   }
   const std::scoped_lock lock(lockstep_mutex_, health_mutex_);
   session_.disconnect();
+  arrivals_.latch_all();
   started_ = false;
   connected_.store(false, relaxed);
 }
@@ -177,11 +178,12 @@ void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
     return;
   }
   readings_.take_newest();
+  arrivals_.latch(readings_.current().arrivals);
   const RunTimeNs now_ns = clock_->now_ns();
   const RunTimeNs oldest_ns =
       now_ns - std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Reading& reading = readings_.current()[i];
+    const Reading& reading = readings_.current().values[i];
     if (!reading.valid) {
       samples[i] = Sample{.value = inputs_[i].safe_value};
     } else if (reading.time_ns < oldest_ns) {
@@ -400,7 +402,8 @@ bool ClientDevice::read_all(const CycleLimit& limit) {
     }
     arrivals_.complete(read_ns);
   }
-  readings_.draft() = newest_readings_;
+  readings_.draft().values = newest_readings_;
+  readings_.draft().arrivals = arrivals_.completed();
   readings_.publish();
   return true;
 }

@@ -194,7 +194,7 @@ class ClientDevice final : public Device {
 
   // Used by the tick thread.
   LatestValue<Release> releases_;
-  LatestValue<std::vector<Reading>> readings_;
+  LatestValue<ValuesOfArrivals<std::vector<Reading>>> readings_;
   KeptArrivals arrivals_;
   FreshnessWatch freshness_;
   CycleWatch cycle_watch_;

@@ -33,7 +33,7 @@ ServerDevice::ServerDevice(ServerSettings settings, RegisterMap map)
       map_(std::move(map)),
       label_("Modbus unit " + settings_.name),
       releases_(std::vector<double>{}),
-      readings_(std::vector<Reading>{}),
+      readings_({}),
       freshness_(map_.read_count(),
                  std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count()),
       bank_(map_, written_by_clients(map_)),
@@ -78,7 +78,7 @@ void ServerDevice::start(const RunClock& clock, Pacing pacing) {
     safe_values.push_back(output.safe_value);
   // The slots get their sizes here, so that the tick does not allocate.
   releases_.reset(safe_values);
-  readings_.reset(newest_readings_);
+  readings_.reset({.values = newest_readings_, .arrivals = arrivals_.completed()});
   stopping_.store(false);
   safe_requested_.store(false);
   wake_event_ = Descriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
@@ -101,6 +101,7 @@ void ServerDevice::stop() noexcept {
   }
   const std::scoped_lock lock(lockstep_mutex_);
   server_.close();
+  arrivals_.latch_all();
   port_.store(0);
   started_ = false;
 }
@@ -116,11 +117,12 @@ void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
     return;
   }
   readings_.take_newest();
+  arrivals_.latch(readings_.current().arrivals);
   const RunTimeNs max_age_ns =
       std::chrono::duration_cast<std::chrono::nanoseconds>(settings_.max_age).count();
   const RunTimeNs now_ns = clock_->now_ns();
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const Reading& reading = readings_.current()[i];
+    const Reading& reading = readings_.current().values[i];
     if (!reading.valid) {
       samples[i] = Sample{.value = inputs_[i].safe_value};
       continue;
@@ -231,7 +233,8 @@ void ServerDevice::take_inputs(const RequestRange& written) noexcept {
     arrivals_.add(i, decoded.value);
   }
   arrivals_.complete(time_ns);
-  std::copy(newest_readings_.begin(), newest_readings_.end(), readings_.draft().begin());
+  std::copy(newest_readings_.begin(), newest_readings_.end(), readings_.draft().values.begin());
+  readings_.draft().arrivals = arrivals_.completed();
   readings_.publish();
 }
 

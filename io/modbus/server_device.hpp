@@ -123,7 +123,7 @@ class ServerDevice final : public Device {
 
   // Used by the tick thread.
   LatestValue<std::vector<double>> releases_;
-  LatestValue<std::vector<Reading>> readings_;
+  LatestValue<ValuesOfArrivals<std::vector<Reading>>> readings_;
   KeptArrivals arrivals_;
   FreshnessWatch freshness_;
   std::atomic<bool> safe_requested_{false};

@@ -42,10 +42,10 @@ bool Arrivals::keeps(signals::SignalId signal) const noexcept {
   return std::ranges::find(kept_, signal) != kept_.end();
 }
 
-void Arrivals::begin() noexcept {
-  while (!collect().empty()) {
-  }
-  lost_before_ = lost_by_devices();
+void Arrivals::take_next(Source& source) noexcept {
+  do
+    source.next = source.device->next_arrival(source.values);
+  while (source.next && source.next->time_ns < 0);
 }
 
 std::span<const Arrival> Arrivals::collect() noexcept {

@@ -43,9 +43,10 @@ class Arrivals {
   void keep(io::Device& device, const signals::Links& links, signals::SignalId signal);
   bool keeps(signals::SignalId signal) const noexcept;
 
-  /// Drops what came before the first tick.
-  void begin() noexcept;
-  /// The arrivals since the last call. Valid until the next one.
+  /// The first tick begins: what was lost before does not count.
+  void begin() noexcept { lost_before_ = lost_by_devices(); }
+  /// The arrivals since the last call whose values the devices' last latch had, without those from before the
+  /// first tick. Valid until the next call.
   std::span<const Arrival> collect() noexcept;
   /// What the last collect() returned.
   std::span<const Arrival> collected() const noexcept { return collected_; }
@@ -63,7 +64,7 @@ class Arrivals {
     std::optional<io::Arrival> next;        ///< taken from the device, not collected yet
   };
   Source& source_of(io::Device& device, const signals::Links& links);
-  void take_next(Source& source) noexcept { source.next = source.device->next_arrival(source.values); }
+  static void take_next(Source& source) noexcept;
   void add(const Source& source) noexcept;
   std::uint64_t lost_by_devices() const noexcept;
 

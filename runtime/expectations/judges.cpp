@@ -38,8 +38,15 @@ Judges::Judges(const config::Scenario& scenario, const signals::SignalTable& tab
 }
 
 void Judges::check_frames(std::int64_t time_ns) noexcept {
-  for (const Arrival& frame : arrivals_.collect())
-    check_frame(frame, std::clamp(frame.time_ns, last_ns_, time_ns));
+  for (std::span<const Arrival> frames = arrivals_.collect(); !frames.empty(); frames = arrivals_.collect())
+    for (const Arrival& frame : frames)
+      check_frame(frame, std::clamp(frame.time_ns, last_ns_, time_ns));
+}
+
+void Judges::check_last_frames(std::int64_t end_ns) noexcept {
+  for (std::span<const Arrival> frames = arrivals_.collect(); !frames.empty(); frames = arrivals_.collect())
+    for (const Arrival& frame : frames)
+      if (frame.time_ns < end_ns) check_frame(frame, std::max(frame.time_ns, last_ns_));
 }
 
 void Judges::check_frame(const Arrival& frame, std::int64_t time_ns) noexcept {

@@ -1,8 +1,8 @@
 #pragma once
 // The judges of all expectations of a run.
 //
-// A tick has two parts: first every frame that came since the tick before is an instant of its own, then the
-// tick is. At a frame a signal that is not in it has the value of the instant before.
+// A tick has two parts: first every frame whose values are new to it is an instant of its own, then the tick
+// is. At a frame a signal that is not in it has the value of the instant before.
 //
 // Threads: check_frames and check from the base thread, where they neither allocate nor block; fill after the
 // run.
@@ -27,9 +27,12 @@ class Judges {
   Judges(const config::Scenario& scenario, const signals::SignalTable& table, Arrivals& arrivals,
          ComputedSignals& variables);
 
-  /// Judges the frames since the tick before. Call in every tick, before the variables are computed.
-  /// `time_ns`: run time of the tick.
+  /// Judges the frames whose values the tick has and the one before had not. Call in every tick, before the
+  /// variables are computed. `time_ns`: run time of the tick.
   void check_frames(std::int64_t time_ns) noexcept;
+  /// Judges the frames of the run that no tick had. Call after the devices are stopped, with the run time of
+  /// the end.
+  void check_last_frames(std::int64_t end_ns) noexcept;
   /// Judges the tick. Call after check_frames and the variables.
   void check(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
 

@@ -277,6 +277,7 @@ SessionResult LiveSession::run() {
                     " ticks; outputs go to their safe values");
   const std::string step_fault = buses_.step_fault();
   close_devices();
+  judges_->check_last_frames(result.run_time_ns);
   buses_.collect_last_events();
   context_.log.info("all devices and processes are closed");
   write_faults_ = world_->close(result.run_time_ns, record);

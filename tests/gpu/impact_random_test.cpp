@@ -156,7 +156,7 @@ class RandomSurfaceImpacts : public DeformingGeometry {
     SCOPED_TRACE(all);
     EXPECT_LT(1000 * counts.undecided, counts.searches);
     EXPECT_LT(50 * counts.close, counts.searches);
-    EXPECT_GT(4 * counts.impacts, counts.searches);
+    EXPECT_GT(5 * counts.impacts, counts.searches);
     EXPECT_GT(10 * counts.none, counts.searches);
     EXPECT_EQ(counts.by_reason[static_cast<std::size_t>(UndecidedReason::capacity)], 0u);
   }
