@@ -98,10 +98,10 @@ struct InputGroup {
   std::size_t count = 0;  ///< at least 1
   /// An input of the group that has had no new value for longer than this is not fresh; 0: no limit.
   RunTimeNs timeout_ns = 0;
-  bool can_reject = false;  ///< the device checks its frames and counts those that it refuses
+  bool can_reject = false;  ///< the device checks its frames and counts those that it rejects
 };
 
-/// Frames of an input group that a device refused.
+/// Frames of an input group that a device rejected.
 struct RejectedFrames {
   std::uint64_t count = 0;
   /// Those of them that the scenario made: a fault changed the frame, or a fault or a new pass of a log is
@@ -194,7 +194,7 @@ class Device {
   /// The number of kept arrivals that were lost because they were not taken in time. Any thread.
   virtual std::uint64_t lost_arrivals() const noexcept { return 0; }
 
-  /// The refused frames of an input group since the start. Any thread.
+  /// The rejected frames of an input group since the start. Any thread.
   virtual RejectedFrames rejected(std::size_t group) const noexcept {
     static_cast<void>(group);
     return {};

@@ -47,7 +47,7 @@ struct LengthCounts {
   std::uint64_t shorter = 0;
 };
 
-/// Received frames of one message that were refused.
+/// Received frames of one message that were rejected.
 struct RejectionCounts {
   std::string message;
   std::uint64_t bad_checksum = 0;

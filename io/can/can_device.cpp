@@ -284,26 +284,27 @@ void CanDevice::handle(const Frame& frame) {
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
   Received& received = received_[found->second];
   const std::span<const Frame> passed = faults_.pass(received_frame, now_ns());
-  for (const Frame& one : passed)
-    decode(received, one, &one != passed.data() || !one.same_content(received_frame));
+  for (const Frame& passed_frame : passed)
+    decode(received, passed_frame,
+           &passed_frame != passed.data() || !passed_frame.same_content(received_frame));
   if (!passed.empty()) return;
   received.counts->faulted.add();  // a fault drops or holds it
   received.is_discontinuous = true;
 }
 
-void CanDevice::decode(Received& received, const Frame& frame, bool is_altered) {
+void CanDevice::decode(Received& received, const Frame& frame, bool is_faulted) {
   using Verdict = MessageDecoder::Verdict;
-  is_altered = is_altered || frame.is_altered;
+  is_faulted = is_faulted || frame.is_altered;
   const std::uint64_t interruptions = interruptions_.load(std::memory_order_relaxed);
   const bool is_interrupted = std::exchange(received.interruptions, interruptions) != interruptions;
   received.is_discontinuous |= frame.is_discontinuous || is_interrupted;
   const Verdict verdict = received.decoder.check(frame);
   const bool has_known_counter = verdict == Verdict::accepted || verdict == Verdict::bad_counter;
-  const bool is_by_scenario = is_altered || (verdict == Verdict::bad_counter && received.is_discontinuous);
+  const bool is_by_scenario = is_faulted || (verdict == Verdict::bad_counter && received.is_discontinuous);
   if (has_known_counter) received.is_discontinuous = false;
-  if (is_altered) received.is_discontinuous = true;
+  if (is_faulted) received.is_discontinuous = true;
   ReceivedCounts& counts = *received.counts;
-  if (is_altered) counts.faulted.add();
+  if (is_faulted) counts.faulted.add();
   if (verdict != Verdict::accepted && is_by_scenario) counts.rejected_by_scenario.add();
   switch (verdict) {
     case Verdict::wrong_kind:

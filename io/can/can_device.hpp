@@ -136,7 +136,7 @@ class CanDevice final : public Device {
   }
   /// One entry per received message that had frames of another length, in the order of the configuration.
   std::vector<LengthCounts> other_lengths() const;
-  /// One entry per received message that had refused frames, in the order of the configuration.
+  /// One entry per received message that had rejected frames, in the order of the configuration.
   std::vector<RejectionCounts> rejections() const;
   /// Why the log lacks frames for another reason than a full queue (CandumpLogWriter::fault); complete after
   /// stop().
@@ -180,8 +180,8 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
-  /// `is_altered`: a fault of the message changed, repeated or delayed the frame.
-  void decode(Received& received, const Frame& frame, bool is_altered);
+  /// `is_faulted`: a fault of the message changed, repeated or delayed the frame.
+  void decode(Received& received, const Frame& frame, bool is_faulted);
   const MessageLayout* layout_of(const std::string& message) const;
   /// "; it sends or receives EgoStatus, BrakeCommand": the end of an error text. Empty: it has no messages.
   std::string other_messages() const;

@@ -147,7 +147,7 @@ Conversion encode(const RegisterEntry& entry, double value, std::span<std::uint1
     const auto word = static_cast<std::uint16_t>(raw.bits >> shift_of(entry.order, index, width));
     registers[index] = swap ? swapped(word) : word;
   }
-  return raw.saturated || bounded != value ? Conversion::saturated : Conversion::exact;
+  return raw.saturated || bounded != value ? Conversion::out_of_range : Conversion::exact;
 }
 
 Decoded decode(const RegisterEntry& entry, std::span<const std::uint16_t> registers) noexcept {
@@ -162,7 +162,7 @@ Decoded decode(const RegisterEntry& entry, std::span<const std::uint16_t> regist
   const double value = from_raw(entry.type, bits) * entry.scale + entry.offset;
   if (!std::isfinite(value)) return {Conversion::refused, value};
   const bool is_in_range = value >= entry.minimum && value <= entry.maximum;
-  return {is_in_range ? Conversion::exact : Conversion::saturated, value};
+  return {is_in_range ? Conversion::exact : Conversion::out_of_range, value};
 }
 
 ValueRange range_of(const RegisterEntry& entry) noexcept {

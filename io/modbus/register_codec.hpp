@@ -19,9 +19,9 @@ namespace hil::io::modbus {
 inline constexpr std::size_t widest_value = 4;
 
 enum class Conversion : std::uint8_t {
-  exact,      ///< the value was representable, after rounding to the nearest raw value
-  saturated,  ///< the value was outside minimum..maximum or the type; encode used the nearest limit
-  refused,    ///< NaN (encode), or registers that hold NaN or an infinity (decode): nothing was changed
+  exact,         ///< the value was representable, after rounding to the nearest raw value
+  out_of_range,  ///< outside minimum..maximum or the type: encode writes the nearest limit, decode returns it
+  refused,       ///< NaN (encode), or registers that hold NaN or an infinity (decode): nothing was changed
 };
 
 /// Writes `value` into registers[0 .. width_of(entry.type)). The raw value is rounded to the nearest, ties to
@@ -30,7 +30,8 @@ Conversion encode(const RegisterEntry& entry, double value, std::span<std::uint1
 
 struct Decoded {
   Conversion conversion = Conversion::refused;
-  double value = 0.0;  ///< that of the registers: outside the range if saturated, NaN or infinite if refused
+  double value =
+      0.0;  ///< that of the registers: outside the range if out_of_range, NaN or infinite if refused
 };
 
 /// The range of values that an entry takes without saturation, from its limits and its type.

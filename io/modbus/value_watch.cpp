@@ -31,12 +31,12 @@ void ValueWatch::note(std::size_t entry, Conversion conversion, double value, Ru
     case Conversion::exact:
       episodes_[entry] = Episode::none;
       break;
-    case Conversion::saturated: {
-      (what.writable ? saturated_outputs_ : saturated_inputs_).fetch_add(1, std::memory_order_relaxed);
-      if (episodes_[entry] == Episode::saturated) break;
+    case Conversion::out_of_range: {
+      (what.writable ? saturated_outputs_ : out_of_range_inputs_).fetch_add(1, std::memory_order_relaxed);
+      if (episodes_[entry] == Episode::out_of_range) break;
       const ValueRange range = range_of(what);
       const std::string limit = shown(value < range.lowest ? range.lowest : range.highest);
-      begin_episode(entry, Episode::saturated, time_ns,
+      begin_episode(entry, Episode::out_of_range, time_ns,
                     shown(value) + " is outside " + range_text(what) +
                         (what.writable ? "; " + limit + " is written" : "; it is read as it is"));
       break;
@@ -66,7 +66,7 @@ void ValueWatch::begin_episode(std::size_t entry, Episode episode, RunTimeNs tim
 
 ValueCounters ValueWatch::counters() const noexcept {
   return {saturated_outputs_.load(std::memory_order_relaxed),
-          saturated_inputs_.load(std::memory_order_relaxed),
+          out_of_range_inputs_.load(std::memory_order_relaxed),
           not_a_number_outputs_.load(std::memory_order_relaxed),
           not_a_number_inputs_.load(std::memory_order_relaxed)};
 }

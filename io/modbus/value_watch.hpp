@@ -16,7 +16,7 @@ namespace hil::io::modbus {
 /// Counted since construction. Outputs are the registers that hil writes, inputs those that it reads.
 struct ValueCounters {
   std::uint64_t saturated_outputs = 0;     ///< outside range or type: the nearest limit was written
-  std::uint64_t saturated_inputs = 0;      ///< outside the range: read as it is
+  std::uint64_t out_of_range_inputs = 0;   ///< outside the range: read as it is
   std::uint64_t not_a_number_outputs = 0;  ///< NaN: the register keeps its value
   std::uint64_t not_a_number_inputs = 0;   ///< NaN or infinite: the input keeps its last value
 };
@@ -35,7 +35,7 @@ class ValueWatch {
   ValueCounters counters() const noexcept;
 
  private:
-  enum class Episode : std::uint8_t { none, saturated, not_a_number, refused_write };
+  enum class Episode : std::uint8_t { none, out_of_range, not_a_number, refused_write };
 
   void begin_episode(std::size_t entry, Episode episode, RunTimeNs time_ns, const std::string& what);
 
@@ -43,7 +43,7 @@ class ValueWatch {
   const std::string device_;
   EventList& events_;
   std::vector<Episode> episodes_;  ///< by entry of the map
-  std::atomic<std::uint64_t> saturated_outputs_{0}, saturated_inputs_{0}, not_a_number_outputs_{0},
+  std::atomic<std::uint64_t> saturated_outputs_{0}, out_of_range_inputs_{0}, not_a_number_outputs_{0},
       not_a_number_inputs_{0};
 };
 

@@ -151,7 +151,7 @@ class Hub final : public can::CanTransport {
   std::uint64_t connections_ = 0;
   std::deque<can::Frame> arrived_;  ///< for receive()
   std::multimap<RunTimeNs, Delayed> delayed_;
-  std::set<canid_t> lost_ids_;  ///< of dropped frames after which none of the same identifier has come
+  std::set<canid_t> lost_ids_;  ///< identifiers of dropped frames, until a frame with the identifier passes
 
   std::vector<can::Frame> staged_;  ///< lock-step: sent by this process since the last exchange()
   RunTimeNs lockstep_now_ns_ = 0;

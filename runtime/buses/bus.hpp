@@ -103,7 +103,7 @@ class BusDevice {
 /// What a run that passes requires of a group of inputs (io::InputGroup).
 struct InputRule {
   bool has_to_come = true;         ///< and to be fresh
-  std::uint64_t max_rejected = 0;  ///< refused frames, without those that the scenario made
+  std::uint64_t max_rejected = 0;  ///< rejected frames, without those that the scenario made
 };
 
 /// A bus of a scenario, connected to the signals of a run.

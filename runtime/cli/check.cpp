@@ -111,7 +111,8 @@ void add_check(CLI::App& app, int& exit_code) {
       ->take_all();
   command
       ->add_option("--add", arguments->additions,
-                   "the same, with a name that only the scenario defines: path=value; may be repeated")
+                   "add a name that the scenario defines itself, as a variable or an output of a block: "
+                   "path=value; may be repeated")
       ->take_all();
   command->add_flag("--signals", arguments->lists_signals,
                     "list all signals with their units, writers and readers");

@@ -152,8 +152,8 @@ int write_and_print_report(run::SessionResult& result, const run::SessionOptions
 }
 
 /// Writes the report of a run that did not begin. The reason is printed once, on stderr.
-int write_refusal(const config::Scenario& scenario, const run::SessionOptions& options,
-                  const StartFailure& failure) {
+int write_report_of_failed_start(const config::Scenario& scenario, const run::SessionOptions& options,
+                                 const StartFailure& failure) {
   std::fprintf(stderr, "hil run: %s\n", failure.sentence.c_str());
   run::SessionResult result;
   result.record =
@@ -180,7 +180,7 @@ int run_in_folder(Loaded& loaded, const run::SessionOptions& options, const run:
   } catch (const std::exception& error) {
     failure = start_failure_of(error, options.directory);
   }
-  return failure ? write_refusal(*loaded.scenario, options, *failure)
+  return failure ? write_report_of_failed_start(*loaded.scenario, options, *failure)
                  : write_and_print_report(result, options);
 }
 
@@ -193,7 +193,7 @@ int refuse_run(const std::string& directory, const std::string& scenario, const 
   try {
     const run::RunFolder folder(directory);
     folder.clear_reports();
-    report::write_refusal(name.empty() ? "run" : name, mistakes, directory);
+    report::write_refusal_junit(name.empty() ? "run" : name, mistakes, directory);
   } catch (const std::runtime_error& error) {  // of a device or a report
     std::fprintf(stderr, "hil run: %s\n", error.what());
   }
@@ -241,8 +241,8 @@ int run(const Arguments& arguments, bool seed_given) {
     const run::RunFolder folder(options.directory);
     return run_within_limits([&] { return run_in_folder(*loaded, options, folder, live); },
                              [&](const std::string& end) {
-                               return write_refusal(*loaded->scenario, options,
-                                                    failure_for_lack_of_memory(end));
+                               return write_report_of_failed_start(*loaded->scenario, options,
+                                                                   failure_for_lack_of_memory(end));
                              });
   } catch (const io::DeviceError& error) {
     std::fprintf(stderr, "hil run: %s\n", error.what());
@@ -276,7 +276,8 @@ void add_run(CLI::App& app, int& exit_code) {
       ->take_all();
   command
       ->add_option("--add", arguments->additions,
-                   "the same, with a name that only the scenario defines: path=value; may be repeated")
+                   "add a name that the scenario defines itself, as a variable or an output of a block: "
+                   "path=value; may be repeated")
       ->take_all();
   command->add_option("--fail-on", arguments->fail_on, "exit with 3 when this condition holds: 'misses > 0'");
   command->add_flag("--verbose,-v", arguments->verbose, "print run.log to stderr too");

@@ -3,7 +3,7 @@
 //
 //   include: [plant.yaml, ../buses/car.yaml]        files with parts of a scenario, which may include others
 //   set: {tasks.tank.parameters.level: 2 m}         changes values of the included files, as --set does
-//   add: {tasks.tank.parameters.outputs.low: 1}     the same, with names that only the scenario defines
+//   add: {tasks.tank.parameters.outputs.low: 1}     adds names that the scenario defines itself
 //
 // Entries of lists come one after the other, those of the included files first. Records and maps are joined.
 // Where both have a value, that of the including file counts. Two included files that differ in a value are a

@@ -16,19 +16,20 @@ namespace {
 
 using NodeShape = TreeNode::Shape;
 
-struct Step {
+/// A word of a path.
+struct PathPart {
   std::string word;
   std::size_t offset = 0;  ///< in the source
 };
 
 /// `offset`: of the path in its source.
-std::vector<Step> split(const std::string& path, std::size_t offset) {
-  std::vector<Step> steps;
+std::vector<PathPart> split(const std::string& path, std::size_t offset) {
+  std::vector<PathPart> parts;
   std::size_t begin = 0;
   while (true) {
     const std::size_t dot = std::min(path.find('.', begin), path.size());
-    steps.push_back({path.substr(begin, dot - begin), offset + begin});
-    if (dot == path.size()) return steps;
+    parts.push_back({path.substr(begin, dot - begin), offset + begin});
+    if (dot == path.size()) return parts;
     begin = dot + 1;
   }
 }
@@ -56,10 +57,10 @@ std::vector<std::string> words_of(const TreeNode& item, const std::vector<std::s
 /// One path with its value: walks its path down the tree and sets the value.
 class Override {
  public:
-  Override(std::shared_ptr<const SourceText> source, std::vector<Step> steps, bool may_add,
+  Override(std::shared_ptr<const SourceText> source, std::vector<PathPart> parts, bool may_add,
            const ScenarioTypes& types, Diagnostics& diagnostics)
       : source_(std::move(source)),
-        steps_(std::move(steps)),
+        parts_(std::move(parts)),
         may_add_(may_add),
         types_(types),
         name_keys_(name_keys_of(types.buses)),
@@ -68,70 +69,70 @@ class Override {
   void apply(TreeNode& root, const Schema& schema, TreeNode value) {
     TreeNode* target = &root;
     const Schema* below = &schema;
-    for (std::size_t i = 0; i < steps_.size() && target != nullptr; ++i)
+    for (std::size_t i = 0; i < parts_.size() && target != nullptr; ++i)
       target = descend(*target, below, i);
     if (target != nullptr) *target = std::move(value);
   }
 
  private:
-  std::string prefix(std::size_t step) const {
+  std::string prefix(std::size_t part) const {
     std::string path;
-    for (std::size_t i = 0; i < step; ++i)
-      path += steps_[i].word + ".";
+    for (std::size_t i = 0; i < part; ++i)
+      path += parts_[i].word + ".";
     return path;
   }
 
-  TreeNode* refuse(std::size_t step, const std::string& message) {
-    diagnostics_.add(source_->place(source_->position(steps_[step].offset)), message);
+  TreeNode* refuse(std::size_t part, const std::string& message) {
+    diagnostics_.add(source_->place(source_->position(parts_[part].offset)), message);
     return nullptr;
   }
 
-  TreeNode* refuse_unknown(std::size_t step, const std::vector<std::string>& known) {
-    const std::string path = prefix(step);
-    const std::string near = nearest(steps_[step].word, known);
-    return refuse(step, "there is no " + in_quotes(path + steps_[step].word) +
-                            (near.empty() ? suggestion(steps_[step].word, known)
+  TreeNode* refuse_unknown(std::size_t part, const std::vector<std::string>& known) {
+    const std::string path = prefix(part);
+    const std::string near = nearest(parts_[part].word, known);
+    return refuse(part, "there is no " + in_quotes(path + parts_[part].word) +
+                            (near.empty() ? suggestion(parts_[part].word, known)
                                           : "; did you mean " + in_quotes(path + near) + "?"));
   }
 
-  TreeNode* refuse_new_name(std::size_t step, const std::vector<std::string>& known) {
-    const std::string path = prefix(step);
-    const std::string near = nearest(steps_[step].word, known);
+  TreeNode* refuse_new_name(std::size_t part, const std::vector<std::string>& known) {
+    const std::string path = prefix(part);
+    const std::string near = nearest(parts_[part].word, known);
     return refuse(
-        step, "there is no " + in_quotes(path + steps_[step].word) +
-                  (near.empty() ? suggestion(steps_[step].word, known) + "; '--add' or 'add' adds a new name"
+        part, "there is no " + in_quotes(path + parts_[part].word) +
+                  (near.empty() ? suggestion(parts_[part].word, known) + "; '--add' or 'add' adds a new name"
                                 : "; did you mean " + in_quotes(path + near) + "?"));
   }
 
-  TreeNode* refuse_renamed(std::size_t step, const std::string& new_name) {
-    const std::string path = prefix(step);
-    return refuse(step, "there is no " + in_quotes(path + steps_[step].word) + "; it was renamed to " +
+  TreeNode* refuse_renamed(std::size_t part, const std::string& new_name) {
+    const std::string path = prefix(part);
+    return refuse(part, "there is no " + in_quotes(path + parts_[part].word) + "; it was renamed to " +
                             in_quotes(path + new_name));
   }
 
-  /// Refuses the step below the list at step `list`, which the file does not have.
+  /// Refuses the part below the list at part `list`, which the file does not have.
   TreeNode* refuse_missing_list(std::size_t list) {
-    const std::string& entry = steps_[list + 1].word;
-    const std::string path = prefix(list) + steps_[list].word;
+    const std::string& entry = parts_[list + 1].word;
+    const std::string path = prefix(list) + parts_[list].word;
     const auto type = std::find_if(
         types_.buses.begin(), types_.buses.end(),
-        [&](const BusSectionType& known) { return list == 0 && known.key == steps_[list].word; });
+        [&](const BusSectionType& known) { return list == 0 && known.key == parts_[list].word; });
     const std::string missing =
         type != types_.buses.end() ? type->noun + " " + in_quotes(entry) : in_quotes(path + "." + entry);
     return refuse(list + 1, "there is no " + missing + ", since the file has no list " + in_quotes(path));
   }
 
-  TreeNode make(NodeShape shape, std::size_t step) const {
+  TreeNode make(NodeShape shape, std::size_t part) const {
     TreeNode node;
     node.shape = shape;
     node.source = source_;
-    node.position = source_->position(steps_[step].offset);
+    node.position = source_->position(parts_[part].offset);
     return node;
   }
 
-  /// The value under step `step` of `parent`, made where it may be; moves `schema` down with it (null: not
+  /// The value under part `part` of `parent`, made where it may be; moves `schema` down with it (null: not
   /// known here).
-  TreeNode* descend(TreeNode& parent, const Schema*& schema, std::size_t step) {
+  TreeNode* descend(TreeNode& parent, const Schema*& schema, std::size_t part) {
     const Schema::Node* const rules = schema != nullptr ? &schema->node() : nullptr;
     if (parent.shape == NodeShape::scalar && rules != nullptr && !rules->key.empty() &&
         rules->kind == Kind::record) {
@@ -139,16 +140,16 @@ class Override {
     }
     switch (parent.shape) {
       case NodeShape::sequence:
-        return descend_into_list(parent, schema, step);
+        return descend_into_list(parent, schema, part);
       case NodeShape::mapping:
-        return descend_into_mapping(parent, schema, step);
+        return descend_into_mapping(parent, schema, part);
       case NodeShape::nothing:
       case NodeShape::scalar:
         break;
     }
-    const std::string path = prefix(step);
-    return refuse(step, in_quotes(path.substr(0, path.empty() ? 0 : path.size() - 1)) +
-                            " has no keys, so there is no " + in_quotes(path + steps_[step].word));
+    const std::string path = prefix(part);
+    return refuse(part, in_quotes(path.substr(0, path.empty() ? 0 : path.size() - 1)) +
+                            " has no keys, so there is no " + in_quotes(path + parts_[part].word));
   }
 
   /// Replaces the short form of a record by the record.
@@ -163,8 +164,8 @@ class Override {
     scalar = std::move(record);
   }
 
-  TreeNode* descend_into_list(TreeNode& list, const Schema*& schema, std::size_t step) {
-    const std::string& word = steps_[step].word;
+  TreeNode* descend_into_list(TreeNode& list, const Schema*& schema, std::size_t part) {
+    const std::string& word = parts_[part].word;
     schema = schema != nullptr && schema->node().kind == Kind::list ? &*schema->node().item : nullptr;
     std::vector<std::string> known;
     TreeNode* found = nullptr;
@@ -173,7 +174,7 @@ class Override {
         if (name == word) {
           if (found != nullptr && found != &item) {
             return refuse(
-                step, "more than one entry is called " + in_quotes(word) + "; name it by its index, from 0");
+                part, "more than one entry is called " + in_quotes(word) + "; name it by its index, from 0");
           }
           found = &item;
         }
@@ -182,17 +183,17 @@ class Override {
     }
     if (found != nullptr) return found;
     const ParsedInteger index = read_integer(word);
-    if (!index.fault.empty()) return refuse_unknown(step, known);
+    if (!index.fault.empty()) return refuse_unknown(part, known);
     if (index.value < 0 || static_cast<std::size_t>(index.value) >= list.items.size()) {
-      return refuse(step, "there is no entry " + word + "; the list has " +
+      return refuse(part, "there is no entry " + word + "; the list has " +
                               std::to_string(list.items.size()) + " entries, counted from 0");
     }
     return &list.items[static_cast<std::size_t>(index.value)];
   }
 
-  TreeNode* descend_into_mapping(TreeNode& mapping, const Schema*& schema, std::size_t step) {
-    const bool is_last = step + 1 == steps_.size();
-    const std::string& word = steps_[step].word;
+  TreeNode* descend_into_mapping(TreeNode& mapping, const Schema*& schema, std::size_t part) {
+    const bool is_last = part + 1 == parts_.size();
+    const std::string& word = parts_[part].word;
     std::vector<std::string> known;
     for (const TreeEntry& entry : mapping.entries)
       known.push_back(entry.key.scalar);
@@ -202,23 +203,23 @@ class Override {
       known = fields_of(mapping, *rules);
       schema = field_of(mapping, *rules, word);
       const std::string new_name = new_name_of(mapping, *rules, word);
-      if (schema == nullptr && !new_name.empty()) return refuse_renamed(step, new_name);
-      if (std::find(known.begin(), known.end(), word) == known.end()) return refuse_unknown(step, known);
+      if (schema == nullptr && !new_name.empty()) return refuse_renamed(part, new_name);
+      if (std::find(known.begin(), known.end(), word) == known.end()) return refuse_unknown(part, known);
       if (schema != nullptr && schema->node().kind == Kind::any) schema = schema_of_parameters(mapping);
     } else if (rules != nullptr && rules->kind == Kind::map) {
       schema = &*rules->item;
       const bool may_be_new = may_add_ || (is_last && rules->keys_are_checked);
-      if (!is_written && !may_be_new) return refuse_new_name(step, known);
+      if (!is_written && !may_be_new) return refuse_new_name(part, known);
     } else {
       schema = nullptr;
     }
     const TreeNode* const written = mapping.find(word);
     const bool is_empty = written == nullptr || written->shape == NodeShape::nothing;
     if (is_empty && !is_last && schema != nullptr && schema->node().kind == Kind::list)
-      return refuse_missing_list(step);
-    if (!is_written) mapping.entries.push_back({key_node(step), make(NodeShape::mapping, step)});
+      return refuse_missing_list(part);
+    if (!is_written) mapping.entries.push_back({key_node(part), make(NodeShape::mapping, part)});
     TreeNode* const value = mapping.find(word);
-    if (value->shape == NodeShape::nothing && !is_last) *value = make(NodeShape::mapping, step);
+    if (value->shape == NodeShape::nothing && !is_last) *value = make(NodeShape::mapping, part);
     return value;
   }
 
@@ -230,9 +231,9 @@ class Override {
     return found == types_.modules.end() ? nullptr : &found->second;
   }
 
-  TreeNode key_node(std::size_t step) const {
-    TreeNode key = make(NodeShape::scalar, step);
-    key.scalar = steps_[step].word;
+  TreeNode key_node(std::size_t part) const {
+    TreeNode key = make(NodeShape::scalar, part);
+    key.scalar = parts_[part].word;
     return key;
   }
 
@@ -265,7 +266,7 @@ class Override {
   }
 
   std::shared_ptr<const SourceText> source_;
-  std::vector<Step> steps_;
+  std::vector<PathPart> parts_;
   const bool may_add_;
   const ScenarioTypes& types_;
   std::vector<std::string> name_keys_;
@@ -275,28 +276,36 @@ class Override {
 void set_value(TreeNode& root, const Schema& schema, const std::string& path, bool may_add,
                const std::shared_ptr<const SourceText>& source, std::size_t offset, TreeNode value,
                const ScenarioTypes& types, Diagnostics& diagnostics) {
-  std::vector<Step> steps = split(path, offset);
-  for (const Step& step : steps) {
-    if (!step.word.empty()) continue;
-    diagnostics.add(source->place(source->position(step.offset)),
+  std::vector<PathPart> parts = split(path, offset);
+  for (const PathPart& part : parts) {
+    if (!part.word.empty()) continue;
+    diagnostics.add(source->place(source->position(part.offset)),
                     "a word is missing in the path " + in_quotes(path));
     return;
   }
-  Override(source, std::move(steps), may_add, types, diagnostics).apply(root, schema, std::move(value));
+  Override(source, std::move(parts), may_add, types, diagnostics).apply(root, schema, std::move(value));
+}
+
+/// Whether it is the value of --add, which begins with a plus (overrides.hpp).
+bool is_addition(const std::string& option) {
+  return option.starts_with('+');
+}
+std::string name_of_option(const std::string& option) {
+  return is_addition(option) ? "--add " : "--set ";
 }
 
 void apply_override(TreeNode& root, const Schema& schema, const std::string& option,
                     const ScenarioTypes& types, Diagnostics& diagnostics) {
+  const bool may_add = is_addition(option);
+  const std::size_t begin = may_add ? 1 : 0;
   const std::size_t equals = option.find('=');
   if (equals == std::string::npos) {
-    diagnostics.add({"--set " + option, 1, 1}, "expected path=value, as in dut.enabled=false");
+    diagnostics.add({name_of_option(option) + option.substr(begin), 1, 1},
+                    "expected path=value, as in dut.enabled=false");
     return;
   }
-  const bool may_add = option.starts_with('+');
-  const std::size_t begin = may_add ? 1 : 0;
   const std::string path = option.substr(begin, equals - begin);
-  const auto source =
-      source_of_text((may_add ? "--add " : "--set ") + path, option.substr(begin), diagnostics);
+  const auto source = source_of_text(name_of_option(option) + path, option.substr(begin), diagnostics);
   if (!source) return;
   std::optional<TreeNode> value = build_tree_from(source, path.size() + 1, diagnostics);
   if (value) set_value(root, schema, path, may_add, source, 0, std::move(*value), types, diagnostics);
@@ -309,16 +318,16 @@ void apply_overrides(TreeNode& root, const Schema& schema, std::span<const std::
   std::map<std::string, std::string> values;
   for (const std::string& option : overrides) {
     const std::size_t equals = std::min(option.find('='), option.size());
-    const std::size_t begin = option.starts_with('+') ? 1 : 0;
+    const std::size_t begin = is_addition(option) ? 1 : 0;
     const std::string path = option.substr(begin, equals - std::min(begin, equals));
     const std::string value = option.substr(std::min(equals + 1, option.size()));
     const auto [first, is_new] = values.emplace(path, value);
     if (is_new) {
       apply_override(root, schema, option, types, diagnostics);
     } else {
-      diagnostics.add({"--set " + path, 1, 1}, in_quotes(path) +
-                                                   " is set twice: " + in_quotes(first->second) + " and " +
-                                                   in_quotes(value) + "; set it once");
+      diagnostics.add({name_of_option(option) + path, 1, 1},
+                      in_quotes(path) + " is given twice: " + in_quotes(first->second) + " and " +
+                          in_quotes(value) + "; give it once");
     }
   }
 }

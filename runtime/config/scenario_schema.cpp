@@ -372,7 +372,8 @@ Schema scenario_schema(const ScenarioTypes& types) {
                       "{tasks.tank.rate: 100 Hz}."),
       Field::optional(
           "add", Schema::map(Schema::any()),
-          "The same, but names that only the scenario defines may be new, as an output of a block."),
+          "Paths with values that add names which the scenario defines itself, as an output of a block: "
+          "{tasks.tank.parameters.outputs.low: 1}."),
       Field::with_default(
           "variables",
           Schema::map(Schema::record_or(

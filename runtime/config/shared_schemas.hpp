@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "runtime/config/numbers.hpp"
 #include "runtime/config/schema.hpp"
 
 namespace hil::config {
@@ -34,12 +35,16 @@ inline Field may_be_lost_field(const std::string& subject) {
       "Whether the run may pass although it is lost (otherwise exit code 4). " + subject);
 }
 
+/// Share of the ticks after its first arrival on which an input may be not fresh in a run that passes.
+inline constexpr double max_missing_share = 0.05;
+
 /// `subject`: what need not come.
 inline Field optional_field(const std::string& subject) {
   return Field::with_default("optional", Schema::boolean(), "false",
                              "Whether the run may pass although " + subject +
-                                 " never comes or is not fresh on more than 5 % of the ticks after its first "
-                                 "arrival (otherwise exit code 1).");
+                                 " never comes or is not fresh on more than " +
+                                 format_number(100.0 * max_missing_share) +
+                                 " % of the ticks after its first arrival (otherwise exit code 1).");
 }
 
 }  // namespace hil::config

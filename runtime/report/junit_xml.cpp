@@ -103,7 +103,7 @@ class Cases {
   }
 
   void inputs() {
-    open("messages and registers came", record_.run_time_ns);
+    open("inputs came and were accepted", record_.run_time_ns);
     if (!record_.input_failures.empty()) {
       std::string all;
       for (const std::string& sentence : record_.input_failures)

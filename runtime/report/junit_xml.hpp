@@ -1,6 +1,6 @@
 #pragma once
 // junit.xml: one test case per expectation, one for the run ("run completed") and one for its timing ("timing
-// not broken"), with buses one for their inputs ("messages and registers came"), so that a CI system shows
+// not broken"), with buses one for their inputs ("inputs came and were accepted"), so that a CI system shows
 // them separately and the set of cases is the same in every run.
 
 #include <string>

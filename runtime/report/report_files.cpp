@@ -135,7 +135,8 @@ void remake_report(const RunRecord& record, const fs::path& directory) {
   write_text(directory / "report.html", report_html(record));
 }
 
-void write_refusal(const std::string& scenario, const std::string& mistakes, const fs::path& directory) {
+void write_refusal_junit(const std::string& scenario, const std::string& mistakes,
+                         const fs::path& directory) {
   make_directory(directory);
   write_text(directory / "junit.xml", refusal_junit_xml(scenario, mistakes));
 }

@@ -21,8 +21,8 @@ void write_report(const RunRecord& record, const std::filesystem::path& director
 void remake_report(const RunRecord& record, const std::filesystem::path& directory);
 
 /// junit.xml alone, of a run that was refused before its scenario was known (refusal_junit_xml).
-void write_refusal(const std::string& scenario, const std::string& mistakes,
-                   const std::filesystem::path& directory);
+void write_refusal_junit(const std::string& scenario, const std::string& mistakes,
+                         const std::filesystem::path& directory);
 
 void write_trace(const TraceRecord& trace, const std::filesystem::path& directory);
 

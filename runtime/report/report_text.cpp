@@ -53,7 +53,7 @@ void add_failures(std::string& out, const RunRecord& record) {
     if (failure != record.reason) out += "  I/O: " + one_line(failure) + '\n';
   }
   for (const std::string& failure : record.input_failures) {
-    if (failure != record.reason) out += "  not passed: " + one_line(failure) + '\n';
+    if (failure != record.reason) out += "  input: " + one_line(failure) + '\n';
   }
   for (const Loss& loss : record.losses) {
     if (loss.permitted) out += "  lost, as the scenario permits: " + one_line(sentence_of(loss)) + '\n';

@@ -415,7 +415,7 @@ struct RunRecord {
   /// The reasons for exit code 4, one sentence each, the most serious first: what was lost, not sent or not
   /// written.
   std::vector<std::string> failures;
-  /// Reasons for exit code 1, one sentence each: messages and registers that did not come, refused frames.
+  /// Reasons for exit code 1, one sentence each: messages and registers that did not come, rejected frames.
   std::vector<std::string> input_failures;
   std::vector<ResponseTime> response_times;
   std::vector<Event> events;

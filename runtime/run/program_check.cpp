@@ -33,7 +33,8 @@ void check_programs(const config::Scenario& scenario, std::span<const std::files
         "the program " + config::in_quotes(program) + " of process " + config::in_quotes(process.name.text);
     if (program.find('/') == std::string::npos) {
       if (io::process::find_program(program, folders).empty())
-        diagnostics.warn(word.written.place, subject + " is not in PATH; write its path, or install it");
+        diagnostics.warn(word.written.place,
+                         subject + " is neither beside hil nor in PATH; write its path, or install it");
       continue;
     }
     const std::string problem = problem_of(folder / program);

@@ -100,7 +100,7 @@ void RunBuses::start_remaining_devices() {
 }
 
 void RunBuses::watch_inputs() {
-  std::vector<InputWatch::Subject> subjects;
+  std::vector<InputWatch::InputGroupRule> group_rules;
   for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
     const config::BusSection& section = *buses_[bus].wired->section;
     const io::Device& device = buses_[bus].device->device();
@@ -108,15 +108,16 @@ void RunBuses::watch_inputs() {
     for (std::size_t group = 0; group < device.input_groups().size(); ++group) {
       const io::InputGroup& inputs = device.input_groups()[group];
       const buses::InputRule rule = buses_[bus].wired->bus->input_rule(group);
-      subjects.push_back({.name = section.type->input_noun + " " + section.full_name() + "." + inputs.name,
-                          .has_to_come = rule.has_to_come,
-                          .recovery_ns = inputs.timeout_ns > 0 ? inputs.timeout_ns : device.loss_timeout_ns(),
-                          .max_rejected = rule.max_rejected});
+      group_rules.push_back(
+          {.name = section.type->input_noun + " " + section.full_name() + "." + inputs.name,
+           .has_to_come = rule.has_to_come,
+           .recovery_ns = inputs.timeout_ns > 0 ? inputs.timeout_ns : device.loss_timeout_ns(),
+           .max_rejected = rule.max_rejected});
       inputs_.push_back({bus, group});
     }
   }
   input_states_.resize(inputs_.size());
-  input_watch_.emplace(std::move(subjects), context_.scenario.base_period_ns);
+  input_watch_.emplace(std::move(group_rules), context_.scenario.base_period_ns);
 }
 
 std::string RunBuses::address_of(const std::string& section, const std::string& name) const {

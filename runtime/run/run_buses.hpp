@@ -91,7 +91,7 @@ class RunBuses {
 
   /// Fills in the groups of buses, and adds the logs that they play to the stimuli. `end_ns`: of the run.
   void fill(std::int64_t end_ns, report::RunRecord& record) const;
-  /// Why the run does not pass: inputs that did not come, and refused frames. After stop.
+  /// Why the run does not pass: inputs that did not come, and rejected frames. After stop.
   std::vector<std::string> input_failures() const;
   const std::vector<report::Event>& events() const noexcept { return device_watch_->events(); }
   const LossWatch& losses() const noexcept { return *loss_watch_; }

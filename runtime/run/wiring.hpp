@@ -5,7 +5,7 @@
 //
 // Names of signals: "<module>.<output>", "<type of bus>.<bus>.<input>". For every bus also "<type of
 // bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), and for groups whose
-// frames are checked "<type of bus>.<bus>.<group of inputs>.rejected" (how many were refused), unless a
+// frames are checked "<type of bus>.<bus>.<group of inputs>.rejected" (how many were rejected), unless a
 // signal of the device has that name. A variable has its own name, without a dot. A stimulus has the name of
 // what it drives, "<module>.<input>" or "<type of bus>.<bus>.<output>". For a fault there is
 // "<signal>.faulted"; "stimulus.<name>" and "fault.<name>" are 1 while they are active. A relation of bodies

@@ -120,10 +120,10 @@ void check_searched_layers(const Wiring& wiring, Diagnostics& diagnostics) {
                  std::ranges::any_of(entity.mask, is_searched);
         });
     for (const WiredModule& maker : wiring.modules) {
-      const modules::Ports& made = maker.module->ports();
-      for (std::size_t i = 0; i < std::min(made.makes.size(), made.layers_of_made.size()); ++i)
-        has_body = has_body || (!is_itself(maker.section->module.text + "." + made.makes[i]) &&
-                                is_searched(made.layers_of_made[i]));
+      const modules::Ports& maker_ports = maker.module->ports();
+      for (std::size_t i = 0; i < std::min(maker_ports.makes.size(), maker_ports.layers_of_made.size()); ++i)
+        has_body = has_body || (!is_itself(maker.section->module.text + "." + maker_ports.makes[i]) &&
+                                is_searched(maker_ports.layers_of_made[i]));
     }
     if (has_body) continue;
     std::string layers;

@@ -431,9 +431,9 @@ std::optional<Conversion> signal_conversion(const std::string& from, const std::
 
 std::string missing_unit_text(const std::string& signal, const Unit& unit) {
   std::array<char, 32> number{};
-  const double one =
+  const double si_one =
       conversion({.symbol = {}, .dimension = unit.dimension, .angle = unit.angle}, unit)->of(1.0);
-  std::snprintf(number.data(), number.size(), "%.6g", one);
+  std::snprintf(number.data(), number.size(), "%.6g", si_one);
   return "'" + signal + "' has no unit, so it is in the SI, and 1 is " + number.data() + " " + unit.symbol +
          "; 'units' of a CAN bus or 'unit' of a register or an output gives it one";
 }

@@ -42,15 +42,15 @@ std::vector<BusSentence> remarks_of(const CanRecord& bus) {
   add_sentence(sentences, bus.fault_delayed, "frame was", "frames were",
                "delayed by fault injection: the log has the time on the bus");
   add_sentence(sentences, bus.wrong_kind, "received frame was", "received frames were",
-               "refused: a remote request, or of another format (classic, CAN FD) than the message");
+               "rejected: a remote request, or of another format (classic, CAN FD) than the message");
   for (const RejectionCounts& counts : bus.rejected) {
     const std::string message = "of the message " + counts.message;
     add_sentence(sentences, counts.bad_checksum, "received frame was", "received frames were",
-                 "refused for the checksum " + message);
+                 "rejected for the checksum " + message);
     add_sentence(sentences, counts.bad_counter, "received frame was", "received frames were",
-                 "refused for the counter " + message);
-    add_sentence(sentences, counts.by_scenario, "refused frame", "refused frames",
-                 message + ": the scenario made it so, by a fault or a new pass of a log");
+                 "rejected for the counter " + message);
+    add_sentence(sentences, counts.by_scenario, "rejected frame was", "rejected frames were",
+                 "caused by the scenario: a fault or a new pass of a log (" + message + ")");
   }
   for (const FrameLengths& lengths : bus.other_lengths) {
     add_sentence(sentences, lengths.longer, "received frame was", "received frames were",
@@ -59,8 +59,8 @@ std::vector<BusSentence> remarks_of(const CanRecord& bus) {
                  "shorter than the message " + lengths.message +
                      ": only the signals that the frame contains completely were updated");
   }
-  add_sentence(sentences, bus.lost_arrivals, "received value is", "received values are",
-               "missing in the measured response times: more came in one tick than are kept");
+  add_sentence(sentences, bus.lost_arrivals, "received frame is", "received frames are",
+               "missing in the expectations: more came in one tick than are kept");
   return sentences;
 }
 

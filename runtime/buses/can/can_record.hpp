@@ -39,12 +39,12 @@ struct CanRecord {
   double bus_load_peak = contribution::not_known;  ///< the highest of one tenth of a second
   std::uint64_t send_errors = 0;                   ///< sends that failed, without those of a log
   std::string send_fault{};            ///< why the first frame that fails the run could not be sent
-  std::uint64_t wrong_kind = 0;        ///< refused received frames: remote requests, or of another format
+  std::uint64_t wrong_kind = 0;        ///< rejected frames: remote requests, or of another format
   std::uint64_t saturated = 0;         ///< output values beyond their signal's range
   std::uint64_t refused_values = 0;    ///< output values that were not a number
   std::uint64_t dropped_releases = 0;  ///< ticks whose outputs were not sent
   std::uint64_t log_dropped = 0;       ///< frames missing in the log
-  std::uint64_t lost_arrivals = 0;     ///< received values that response times lack
+  std::uint64_t lost_arrivals = 0;     ///< received frames that expectations lack
   std::uint64_t fault_dropped_tx = 0;  ///< sent frames that fault injection dropped: never on the bus
   std::uint64_t fault_dropped_rx = 0;  ///< frames of other stations that fault injection dropped
   std::uint64_t fault_corrupted = 0;
@@ -55,7 +55,7 @@ struct CanRecord {
   std::uint64_t play_unknown_id = 0;
   std::uint64_t play_unsent = 0;                 ///< frames of a log that could not be sent
   std::vector<FrameLengths> other_lengths = {};  ///< of the messages that had such frames
-  std::vector<RejectionCounts> rejected = {};    ///< of the messages that had refused frames
+  std::vector<RejectionCounts> rejected = {};    ///< of the messages that had rejected frames
 };
 
 CanRecord record_of(const io::can::CanDevice& device);

@@ -45,13 +45,13 @@ Schema received_schema() {
                           "multiplexed signal by its own last value. 0 ms: no limit. Left out: three times "
                           "GenMsgCycleTime of the DBC file, else no limit."),
           Field::optional("counter", Schema::name(),
-                          "The signal that counts the frames. A frame after a gap is refused."),
+                          "The signal that counts the frames. A frame after a gap is rejected."),
           Field::optional("checksum", Schema::name(),
-                          "The signal that carries the checksum. A frame with a wrong one is refused."),
+                          "The signal that carries the checksum. A frame with a wrong one is rejected."),
           optional_field("the message"),
           Field::with_default(
               "max_rejected", Schema::integer(0, 1'000'000'000), "0",
-              "How many of its frames may be refused in a run that passes, without those that "
+              "How many of its frames may be rejected in a run that passes, without those that "
               "the scenario made (otherwise exit code 1)."),
           Field::with_default("safe", Schema::map_of_checked_names(Schema::text()), "{}",
                               "The safe value of each signal, a number or a value name. Other signals: 0."),

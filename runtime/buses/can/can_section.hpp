@@ -48,7 +48,7 @@ struct ReceivedMessage {
   std::optional<Word> counter;
   std::optional<Word> checksum;
   bool is_optional = false;        ///< the run may pass although it does not come
-  std::uint64_t max_rejected = 0;  ///< frames that may be refused in a run that passes
+  std::uint64_t max_rejected = 0;  ///< frames that may be rejected in a run that passes
   std::vector<SafeValue> safe;
 };
 

@@ -99,7 +99,7 @@ void CanWiring::describe_signals(const std::string& prefix, KnownSignals& known)
 InputRule CanWiring::input_rule(std::size_t group) const {
   const io::can::DbcMessage& message = *config_.database.find_message(channels_->input_groups()[group].name);
   const auto section = std::ranges::find_if(
-      section_.receive, [&](const ReceivedMessage& one) { return received(one.message) == &message; });
+      section_.receive, [&](const ReceivedMessage& entry) { return received(entry.message) == &message; });
   const auto is_of_message = [&](const io::can::PlayedFrame& frame) {
     return (frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK)) ==
            (message.id | (message.is_extended ? CAN_EFF_FLAG : 0U));

@@ -12,7 +12,7 @@ using contribution::BusSentence;
 
 void copy_values(const io::modbus::ValueCounters& counters, UnitRecord& unit) {
   unit.saturated_outputs = counters.saturated_outputs;
-  unit.saturated_inputs = counters.saturated_inputs;
+  unit.out_of_range_inputs = counters.out_of_range_inputs;
   unit.not_a_number_outputs = counters.not_a_number_outputs;
   unit.not_a_number_inputs = counters.not_a_number_inputs;
 }
@@ -56,7 +56,7 @@ std::vector<BusSentence> faults_of(const UnitRecord& unit) {
   add_repetition(sentences, unit.reconnects, "the connection was lost and restored");
   add_sentence(sentences, unit.saturated_outputs, "output value was", "output values were",
                "beyond the range of the register: its limit was written instead");
-  add_sentence(sentences, unit.saturated_inputs, "input value was", "input values were",
+  add_sentence(sentences, unit.out_of_range_inputs, "input value was", "input values were",
                "beyond the range of the register, and read as it is");
   add_sentence(sentences, unit.not_a_number_outputs, "output value was", "output values were",
                "not a number: the register kept its value");
@@ -132,7 +132,7 @@ contribution::BusRecord to_record(const UnitRecord& unit) {
                      {"reconnects", unit.reconnects},
                      {"exceptions", std::move(exceptions)},
                      {"saturated_outputs", unit.saturated_outputs},
-                     {"saturated_inputs", unit.saturated_inputs},
+                     {"out_of_range_inputs", unit.out_of_range_inputs},
                      {"not_a_number_outputs", unit.not_a_number_outputs},
                      {"not_a_number_inputs", unit.not_a_number_inputs},
                      {"superseded", unit.superseded},

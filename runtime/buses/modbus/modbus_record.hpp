@@ -31,7 +31,7 @@ struct UnitRecord {
   std::uint64_t reconnects = 0;  ///< connections of a client after the first
   std::vector<ExceptionCount> exceptions;
   std::uint64_t saturated_outputs = 0;     ///< values beyond the range of their register
-  std::uint64_t saturated_inputs = 0;      ///< values beyond the range of their register
+  std::uint64_t out_of_range_inputs = 0;   ///< values beyond the range of their register
   std::uint64_t not_a_number_outputs = 0;  ///< values that were not written
   std::uint64_t not_a_number_inputs = 0;   ///< values that were not read
   std::uint64_t superseded = 0;           ///< sets of outputs that a newer set replaced before they were sent

@@ -80,8 +80,7 @@ std::optional<RegisterMap> load_register_map(const std::string& path, Role role,
     if (map.entries.back().writable && map.entries.back().is_optional)
       diagnostics.add(
           value["optional"].place(),
-          "'optional' is of a register that hil reads, and hil writes this one ('access'): leave it "
-          "out");
+          "'optional' has no meaning for a register that hil writes ('access: write'); leave it out");
     places.push_back(value.place());
   }
   for (const std::string& sentence : io::modbus::mistakes_in(map, role)) {

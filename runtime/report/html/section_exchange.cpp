@@ -54,7 +54,7 @@ Cell bus_cell(const BusGroup& group, const BusRecord& bus, const contribution::B
   return text != nullptr ? *text : "";
 }
 
-/// The messages or registers of the buses that were not fresh on a tick that counts, or had refused frames.
+/// The messages or registers of the buses that were not fresh on a tick that counts, or had rejected frames.
 void input_table(Markup& out, const BusGroup& group) {
   const auto count_of = [](const contribution::BusRow& row, const std::string& key) -> std::uint64_t {
     const auto field = std::ranges::find(row, key, [](const auto& entry) { return entry.first; });
@@ -76,7 +76,7 @@ void input_table(Markup& out, const BusGroup& group) {
         table.emplace(out, std::vector<Column>{{"Message or register"},
                                                {"Ticks", true},
                                                {"Not fresh", true},
-                                               {"Refused frames", true},
+                                               {"Rejected frames", true},
                                                {"Of them by the scenario", true}});
       table->row({bus.name + "." + *name, count_text(count_of(row, "ticks")), count_text(not_fresh),
                   count_text(rejected), count_text(count_of(row, "rejected_by_scenario"))});

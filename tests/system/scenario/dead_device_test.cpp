@@ -136,7 +136,7 @@ TEST_P(DeadDevices, MessageThatNeverCameIsNamedUnlessItIsOptional) {
   EXPECT_EQ(inputs[0]["ticks"], inputs[0]["not_fresh"]);
   EXPECT_EQ(inputs[1]["not_fresh"], 0);
   const std::string junit = read_text(files.folder / "out/junit.xml");
-  EXPECT_NE(junit.find("name=\"messages and registers came\""), std::string::npos) << junit;
+  EXPECT_NE(junit.find("name=\"inputs came and were accepted\""), std::string::npos) << junit;
   EXPECT_NE(junit.find("failures=\"1\""), std::string::npos) << junit;
   EXPECT_NE(read_text(files.folder / "out/report.html").find("no value of message can.car.Speed came"),
             std::string::npos);
@@ -353,7 +353,7 @@ TEST(DeadDevicesInRealTime, RegisterThatNoClientWritesIsNamed) {
   EXPECT_EQ(written.code, 0) << written.output << written.errors;
 }
 
-// ---- Refused frames
+// ---- Rejected frames
 
 /// Frames of Speed every 10 ms in the form of candump -l.
 class RecordedSpeed {
@@ -401,7 +401,7 @@ nlohmann::json rejected(const ScenarioFolder& files, const std::string& out = "o
                       : rows[0];
 }
 
-TEST(RefusedFrames, WrongChecksumsFailBeyondMaxRejectedAndLeaveTheCounterAlone) {
+TEST(RejectedFrames, WrongChecksumsFailBeyondMaxRejectedAndLeaveTheCounterAlone) {
   constexpr std::uint64_t seed = 74'062;
   std::mt19937_64 random(seed);
   for (int round = 0; round < 6; ++round) {
@@ -433,7 +433,7 @@ TEST(RefusedFrames, WrongChecksumsFailBeyondMaxRejectedAndLeaveTheCounterAlone) 
   }
 }
 
-TEST(RefusedFrames, GapOfTheCounterFailsTheRun) {
+TEST(RejectedFrames, GapOfTheCounterFailsTheRun) {
   RecordedSpeed log;
   for (int i = 0; i < 100; ++i)
     log.add(i < 50 ? i : i + 1);
@@ -446,12 +446,12 @@ TEST(RefusedFrames, GapOfTheCounterFailsTheRun) {
     const Ended ended = station_files.run("out");
     EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
     EXPECT_EQ(reason_of(ended, station_files.folder / "out"),
-              "1 frame of message can.car.Speed was refused for a wrong checksum, counter or format; "
+              "1 frame of message can.car.Speed was rejected for a wrong checksum, counter or format; "
               "max_rejected is 0");
   }
 }
 
-TEST(RefusedFrames, NewPassOfALogIsTheScenariosAndAGapInItIsNot) {
+TEST(RejectedFrames, NewPassOfALogIsTheScenariosAndAGapInItIsNot) {
   for (const int frames : {1, 5, 16, 17, 21}) {
     RecordedSpeed log;
     for (int i = 0; i < frames; ++i)
@@ -478,7 +478,7 @@ TEST(RefusedFrames, NewPassOfALogIsTheScenariosAndAGapInItIsNot) {
   EXPECT_EQ(wrong.run("out").code, 1) << "a new pass does not change a checksum";
 }
 
-TEST(RefusedFrames, FaultsOfTheMessageAreTheScenarios) {
+TEST(RejectedFrames, FaultsOfTheMessageAreTheScenarios) {
   RecordedSpeed log;
   for (int i = 0; i < 100; ++i)
     log.add(i);
@@ -497,7 +497,7 @@ TEST(RefusedFrames, FaultsOfTheMessageAreTheScenarios) {
   }
 }
 
-TEST(RefusedFrames, WrongFrameBesideAFaultIsNotTheScenarios) {
+TEST(RejectedFrames, WrongFrameBesideAFaultIsNotTheScenarios) {
   for (const int wrong : {10, 28, 70, 99}) {
     RecordedSpeed log;
     for (int i = 0; i < 100; ++i)
@@ -511,7 +511,7 @@ TEST(RefusedFrames, WrongFrameBesideAFaultIsNotTheScenarios) {
   }
 }
 
-TEST(RefusedFrames, FaultsOfTheVirtualBusAreTheScenarios) {
+TEST(RejectedFrames, FaultsOfTheVirtualBusAreTheScenarios) {
   RecordedSpeed log;
   for (int i = 0; i < 100; ++i)
     log.add(i);
@@ -525,7 +525,7 @@ TEST(RefusedFrames, FaultsOfTheVirtualBusAreTheScenarios) {
   }
 }
 
-TEST(RefusedFrames, BusOffKeepsValuesUntilTheirTimeOut) {
+TEST(RejectedFrames, BusOffKeepsValuesUntilTheirTimeOut) {
   RecordedSpeed log;
   for (int i = 0; i < 100; ++i)
     log.add(i);

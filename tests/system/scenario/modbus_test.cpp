@@ -95,14 +95,14 @@ TEST(ModbusBusDevice, ReportsValuesOutOfRangeAndRefusedConnections) {
   ASSERT_EQ(panel.at("exceptions").size(), 1U);
   EXPECT_EQ(panel.at("exceptions")[0].at("code"), 3);
   EXPECT_GT(panel.at("exceptions")[0].at("count"), 10);
-  EXPECT_EQ(panel.at("saturated_inputs"), 0) << "a refused value is not clamped";
+  EXPECT_EQ(panel.at("out_of_range_inputs"), 0) << "a refused value is not clamped";
 
   const Json peer = unit_of(report, "peer");
   EXPECT_EQ(peer.at("role"), "client");
   EXPECT_EQ(peer.at("reconnects"), 0) << "the first connection does not count";
   ASSERT_EQ(peer.at("exceptions").size(), 1U);
   EXPECT_EQ(peer.at("exceptions")[0].at("code"), 3);
-  EXPECT_GT(peer.at("saturated_inputs"), 10);
+  EXPECT_GT(peer.at("out_of_range_inputs"), 10);
   EXPECT_EQ(peer.at("saturated_outputs"), 0);
 
   EXPECT_EQ(

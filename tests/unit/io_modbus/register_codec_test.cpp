@@ -126,12 +126,12 @@ void check_ends(ValueType type) {
   const RegisterEntry entry = entry_of(type, ByteOrder::cdab);
   for (const double beyond : {infinity, 1e300, std::ldexp(1.0, std::numeric_limits<Integer>::digits)}) {
     std::array<std::uint16_t, widest_value> registers{};
-    EXPECT_EQ(encode(entry, beyond, registers), Conversion::saturated) << to_text(type) << " " << beyond;
+    EXPECT_EQ(encode(entry, beyond, registers), Conversion::out_of_range) << to_text(type) << " " << beyond;
     EXPECT_EQ(oracle_registers(std::numeric_limits<Integer>::max(), ByteOrder::cdab)[0], registers[0]);
   }
   for (const double below : {-infinity, -1e300}) {
     std::array<std::uint16_t, widest_value> registers{};
-    EXPECT_EQ(encode(entry, below, registers), Conversion::saturated) << to_text(type) << " " << below;
+    EXPECT_EQ(encode(entry, below, registers), Conversion::out_of_range) << to_text(type) << " " << below;
     EXPECT_EQ(oracle_registers(std::numeric_limits<Integer>::min(), ByteOrder::cdab)[0], registers[0]);
   }
   std::array<std::uint16_t, widest_value> registers{};
@@ -151,10 +151,10 @@ TEST(RegisterCodec, SaturatesAtTheEndsOfEveryInteger) {
 TEST(RegisterCodec, SaturatesFloatsToTheLargestFiniteValue) {
   std::array<std::uint16_t, widest_value> registers{};
   const RegisterEntry f32 = entry_of(ValueType::f32, ByteOrder::abcd);
-  EXPECT_EQ(encode(f32, 1e39, registers), Conversion::saturated);
+  EXPECT_EQ(encode(f32, 1e39, registers), Conversion::out_of_range);
   EXPECT_EQ(decode(f32, registers).value, static_cast<double>(std::numeric_limits<float>::max()));
   const RegisterEntry f64 = entry_of(ValueType::f64, ByteOrder::abcd);
-  EXPECT_EQ(encode(f64, -infinity, registers), Conversion::saturated);
+  EXPECT_EQ(encode(f64, -infinity, registers), Conversion::out_of_range);
   EXPECT_EQ(decode(f64, registers).value, -std::numeric_limits<double>::max());
 }
 
@@ -164,11 +164,11 @@ TEST(RegisterCodec, ClampsWhatIsWrittenAndReadsWhatIsThere) {
   entry.minimum = -5.0;
   entry.maximum = 5.0;
   std::array<std::uint16_t, widest_value> registers{};
-  EXPECT_EQ(encode(entry, 7.0, registers), Conversion::saturated);
+  EXPECT_EQ(encode(entry, 7.0, registers), Conversion::out_of_range);
   EXPECT_EQ(registers[0], 50);
   registers[0] = static_cast<std::uint16_t>(-90);
   const Decoded decoded = decode(entry, registers);
-  EXPECT_EQ(decoded.conversion, Conversion::saturated);
+  EXPECT_EQ(decoded.conversion, Conversion::out_of_range);
   EXPECT_EQ(decoded.value, -9.0);
 }
 

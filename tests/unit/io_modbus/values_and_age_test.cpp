@@ -73,7 +73,7 @@ TEST(UnfitValues, ClientOutputsGiveOneEventPerEpisode) {
   EXPECT_EQ(unit.client.events_since(2).front().time_ns, 40 * ms);
   EXPECT_EQ(unit.client.counters().values.saturated_outputs, 5U);
   EXPECT_EQ(unit.client.counters().values.not_a_number_outputs, 2U);
-  EXPECT_EQ(unit.client.counters().values.saturated_inputs, 0U);
+  EXPECT_EQ(unit.client.counters().values.out_of_range_inputs, 0U);
 }
 
 TEST(UnfitValues, ClientInputsGiveOneEventPerEpisode) {
@@ -91,7 +91,7 @@ TEST(UnfitValues, ClientInputsGiveOneEventPerEpisode) {
       "Modbus unit plc: register level: 32704 is outside 0 to 20000; it is read as it is",
       "Modbus unit plc: register flow: the register holds no finite number; the signal keeps its last value"};
   EXPECT_EQ(texts(unit.client), (Texts{once[0], once[1], once[0], once[1]}));
-  EXPECT_EQ(unit.client.counters().values.saturated_inputs, 3U);
+  EXPECT_EQ(unit.client.counters().values.out_of_range_inputs, 3U);
   EXPECT_EQ(unit.client.counters().values.not_a_number_inputs, 3U);
 }
 

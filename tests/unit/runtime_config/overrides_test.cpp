@@ -65,7 +65,7 @@ TEST(Overrides, ExpandAShortForm) {
 
 TEST(Overrides, DuplicatePathIsAMistakeWithBothValues) {
   EXPECT_EQ(mistakes_with({"seed=1", "seed=2"}),
-            "--set seed:1:1: 'seed' is set twice: '1' and '2'; set it once\n");
+            "--set seed:1:1: 'seed' is given twice: '1' and '2'; give it once\n");
 }
 
 TEST(Overrides, UnknownPathIsAMistakeWithTheNearestName) {

@@ -40,12 +40,13 @@ TEST(JunitXml, HasACaseForEachExpectationAndTwoForTheRun) {
 TEST(JunitXml, FailsForInputsThatDidNotCome) {
   RunRecord record;
   record.buses = {{.list_key = "can", .title = "CAN", .name_key = "bus", .buses = {{.name = "car"}}}};
-  EXPECT_TRUE(case_named(parse_strictly(junit_xml(record)), "messages and registers came").children.empty());
+  EXPECT_TRUE(
+      case_named(parse_strictly(junit_xml(record)), "inputs came and were accepted").children.empty());
   record.input_failures = {"no value of message can.car.Speed came", "no value of message can.car.Yaw came"};
   const XmlElement document = parse_strictly(junit_xml(record));
   EXPECT_EQ(document.attributes.at("failures"), "1");
   EXPECT_EQ(document.attributes.at("tests"), "3");
-  const XmlElement& failed = case_named(document, "messages and registers came");
+  const XmlElement& failed = case_named(document, "inputs came and were accepted");
   ASSERT_EQ(failed.children.size(), 1U);
   EXPECT_EQ(failed.children.at(0).name, "failure");
   EXPECT_EQ(failed.children.at(0).text,

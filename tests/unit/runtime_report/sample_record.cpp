@@ -275,7 +275,7 @@ RunRecord full_record() {
   plc.reconnects = 1;
   plc.exceptions = {{2, 1, "reading level (holding 10)"}, {6, 2, "writing valve (coil 3)"}};
   plc.saturated_outputs = 4;
-  plc.saturated_inputs = 5;
+  plc.out_of_range_inputs = 5;
   plc.not_a_number_outputs = 6;
   plc.not_a_number_inputs = 7;
   plc.superseded = 8;

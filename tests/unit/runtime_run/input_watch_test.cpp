@@ -53,7 +53,7 @@ TEST(InputWatch, InputThatNeverCameIsNamed) {
   silent.ticks(1, false);
   EXPECT_EQ(silent.failures(), "no value of message can.car.Speed came; 'optional: true' permits that\n");
   EXPECT_EQ(silent.failures(1, 1),
-            "no value of message can.car.Speed came: its only frame was refused; 'optional: true' permits "
+            "no value of message can.car.Speed came: its only frame was rejected; 'optional: true' permits "
             "that\n");
   OneInput optional(10, 0, false);
   optional.ticks(1000, false);
@@ -77,7 +77,7 @@ TEST(InputWatch, FivePerCentMayBeMissing) {
   input.ticks(1, false);
   EXPECT_EQ(input.failures(),
             "message can.car.Speed was not fresh on 51 of 1001 ticks after its first value (5.1 %, first at "
-            "0.960 s); more than 5 % need 'optional: true'\n");
+            "0.960 s); 5 % are permitted, 'optional: true' permits more\n");
   input.ticks(100, true);
   EXPECT_EQ(input.failures(), "") << "it recovered, and the share fell";
 }
@@ -178,16 +178,16 @@ TEST(InputWatch, PermittedLossExcuses) {
   EXPECT_EQ(input.failures(), "");
 }
 
-TEST(InputWatch, RefusedFramesBeyondTheLimitAreCountedWithoutThoseOfTheScenario) {
+TEST(InputWatch, RejectedFramesBeyondTheLimitAreCountedWithoutThoseOfTheScenario) {
   OneInput input(10, 2);
   input.ticks(100, true);
   EXPECT_EQ(input.failures(2), "");
   EXPECT_EQ(input.failures(7, 5), "");
   EXPECT_EQ(input.failures(8, 5),
-            "3 frames of message can.car.Speed were refused for a wrong checksum, counter or format; "
+            "3 frames of message can.car.Speed were rejected for a wrong checksum, counter or format; "
             "max_rejected is 2\n");
   EXPECT_EQ(OneInput().failures(1),
-            "1 frame of message can.car.Speed was refused for a wrong checksum, counter or format; "
+            "1 frame of message can.car.Speed was rejected for a wrong checksum, counter or format; "
             "max_rejected is 0\n");
   EXPECT_NE(OneInput(10, 0, false).failures(1), "") << "optional permits silence, not wrong frames";
 }
@@ -242,7 +242,7 @@ TEST(InputWatch, RandomHistoriesAgreeWithCountingAfterwards) {
 }
 
 TEST(InputWatch, TickDoesNotAllocate) {
-  std::vector<InputWatch::Subject> subjects(100, {.name = "register modbus.plc.level"});
+  std::vector<InputWatch::InputGroupRule> subjects(100, {.name = "register modbus.plc.level"});
   InputWatch watch(std::move(subjects), ms);
   const std::vector<InputWatch::State> states(100, {.is_fresh = true});
   allocation_guard::reset();
