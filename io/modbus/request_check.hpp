@@ -39,8 +39,9 @@ FramingResult find_frame(std::span<const std::uint8_t> bytes) noexcept;
 /// is a complete frame.
 std::uint8_t check_request(std::span<const std::uint8_t> frame, const RegisterBank& bank) noexcept;
 
-/// The range that a request reads, or, if it also writes, the one that it writes. `frame` is a complete frame,
-/// whose addresses need not exist. Empty: the function has no range, or the frame is too short for it.
+/// The range that a request reads, or, if it also writes, the one that it writes. `frame` is a complete
+/// frame, whose addresses need not exist. Empty: the function has no range, or the frame
+/// is too short.
 std::optional<RequestRange> requested_range(std::span<const std::uint8_t> frame) noexcept;
 
 /// The range that a valid request writes; empty: it only reads.

@@ -30,7 +30,7 @@ struct ProcessExit {
   bool safe_on_exit = true;      ///< its early end ends the run
   bool may_be_lost = false;      ///< its early end does not make the run fail
   std::string fault{};           ///< the fault of the scenario that killed it; empty: none
-  /// Of one that ended early, other than by a fault: the last lines of its output, without control characters.
+  /// The last lines of its output, if it ended early and not by a fault, without control characters.
   std::vector<std::string> last_lines{};
   std::string output_fault{};  ///< why its output file is incomplete; empty: it is complete
 };

@@ -1,5 +1,5 @@
-// Under the virtual clock a condition sees each frame once: before the tick that has its values, and after the
-// tick that caused it.
+// Under the virtual clock a condition sees each frame once: before the tick that has its values, and after
+// the tick that caused it.
 
 #include <gtest/gtest.h>
 
