@@ -38,9 +38,8 @@ Judges::Judges(const config::Scenario& scenario, const signals::SignalTable& tab
 }
 
 void Judges::check_frames(std::int64_t time_ns) noexcept {
-  for (std::span<const Arrival> frames = arrivals_.collect(); !frames.empty(); frames = arrivals_.collect())
-    for (const Arrival& frame : frames)
-      check_frame(frame, std::clamp(frame.time_ns, last_ns_, time_ns));
+  for (const Arrival& frame : arrivals_.collect())
+    check_frame(frame, std::clamp(frame.time_ns, last_ns_, time_ns));
 }
 
 void Judges::check_last_frames(std::int64_t end_ns) noexcept {
