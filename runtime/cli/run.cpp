@@ -13,7 +13,6 @@
 #include "runtime/cli/load.hpp"
 #include "runtime/cli/start_failure.hpp"
 #include "runtime/cli/subcommands.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/report/report_files.hpp"
 #include "runtime/report/report_json.hpp"
 #include "runtime/report/report_text.hpp"
@@ -88,15 +87,6 @@ std::filesystem::path default_directory(const std::string& scenario) {
   for (int i = 2; std::filesystem::exists(directory); ++i)
     directory = base.string() + "-" + std::to_string(i);
   return directory;
-}
-
-/// "crossing runs for 100 s, in virtual time; its folder is out/crossing"
-std::string start_line(const config::Scenario& scenario, const std::filesystem::path& directory) {
-  const std::string length = scenario.duration_ns > 0 ? "for " + config::format_duration(scenario.duration_ns)
-                                                      : "until it is stopped";
-  return scenario.name + " runs " + length + ", in " +
-         (scenario.clock == config::ClockKind::virtual_time ? "virtual" : "real") + " time; its folder is " +
-         directory.string();
 }
 
 constexpr std::size_t columns_of_log = 200;
@@ -229,8 +219,7 @@ int run(const Arguments& arguments, bool seed_given) {
       std::fflush(stdout);
     };
   } else {
-    if (!options.verbose)  // the log begins with it
-      std::fprintf(stderr, "hil run: %s\n", start_line(*loaded->scenario, options.directory).c_str());
+    options.announces_begin = true;
     options.every_second = [seconds = 0](const report::LiveStatus& status) mutable {
       if (++seconds % 60 == 0)
         std::fprintf(stderr, "hil run: %s\n", report::live_line(status, columns_of_log).c_str());

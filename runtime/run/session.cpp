@@ -263,13 +263,23 @@ void LiveSession::add_tasks(executive::Executive& executive) {
   buses_.add_tasks(executive);
 }
 
+/// "the run begins: crossing, for 10 s in virtual time; its folder is out/crossing"
+std::string begin_sentence(const config::Scenario& scenario, const std::filesystem::path& directory) {
+  const std::string length =
+      scenario.duration_ns > 0 ? "for " + config::format_duration(scenario.duration_ns) : "until it is stopped";
+  return "the run begins: " + scenario.name + ", " + length + " in " +
+         (scenario.clock == config::ClockKind::virtual_time ? "virtual" : "real") + " time; its folder is " +
+         directory.string();
+}
+
 SessionResult LiveSession::run() {
   executive::Executive executive(executive_options());
   add_tasks(executive);
   SessionResult session;
   report::RunRecord& record = session.record;
   record.started_at = utc_now();
-  context_.log.info("the run begins");
+  const std::string begins = begin_sentence(scenario_, context_.options.directory);
+  context_.options.announces_begin ? context_.log.progress(begins) : context_.log.info(begins);
   const auto began = std::chrono::steady_clock::now();
   const executive::RunResult result = run_watched(executive);
   record.wall_ns = (std::chrono::steady_clock::now() - began).count();
