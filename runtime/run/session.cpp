@@ -265,8 +265,8 @@ void LiveSession::add_tasks(executive::Executive& executive) {
 
 /// "the run begins: crossing, for 10 s in virtual time; its folder is out/crossing"
 std::string begin_sentence(const config::Scenario& scenario, const std::filesystem::path& directory) {
-  const std::string length =
-      scenario.duration_ns > 0 ? "for " + config::format_duration(scenario.duration_ns) : "until it is stopped";
+  const std::string length = scenario.duration_ns > 0 ? "for " + config::format_duration(scenario.duration_ns)
+                                                      : "until it is stopped";
   return "the run begins: " + scenario.name + ", " + length + " in " +
          (scenario.clock == config::ClockKind::virtual_time ? "virtual" : "real") + " time; its folder is " +
          directory.string();

@@ -48,7 +48,7 @@ struct SessionOptions {
   std::vector<report::Override> overrides;
   std::optional<FailOn> fail_on;
   std::vector<std::filesystem::path> program_folders;  ///< searched before PATH for programs without '/'
-  bool announces_begin = false;  ///< on stderr too, in one line
+  bool announces_begin = false;                        ///< on stderr too, in one line
   std::function<void(const report::LiveStatus&)> every_second;  ///< called on another thread; may be empty
   bool verbose = false;                                         ///< copies run.log to stderr
 };

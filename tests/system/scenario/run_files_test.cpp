@@ -109,8 +109,8 @@ TEST(RunFolder, HasNoTraceIfTheScenarioWantsNone) {
   };
   const Ended with = run({});
   EXPECT_EQ(with.code, 0) << with.errors;
-  EXPECT_EQ(with.errors,
-            "hil run: the run begins: short, for 50 ms in virtual time; its folder is " + (folder / "out") + "\n")
+  EXPECT_EQ(with.errors, "hil run: the run begins: short, for 50 ms in virtual time; its folder is " +
+                             (folder / "out") + "\n")
       << "its output is no terminal";
   EXPECT_TRUE(std::filesystem::exists(folder / "out/trace.json"));
   EXPECT_EQ(run({"--set", "trace=false"}).code, 0);

@@ -315,6 +315,12 @@ TEST_F(RealtimeDevice, KeptArrivalsHaveTheirTimeAndLostOnesAreCounted) {
   EXPECT_TRUE(tests::eventually([&] { return device.counters().rx >= frames; }));
   std::vector<InputValue> values(device.inputs().size());
   std::uint64_t taken = 0, sent_counters = 0;
+  EXPECT_FALSE(device.next_arrival(values)) << "no tick has latched a value";
+  std::vector<Sample> samples(values.size());
+  ASSERT_TRUE(tests::eventually([&] {
+    device.latch_inputs(samples);
+    return samples[answers].value == frames - 1;
+  }));
   RunTimeNs last_ns = std::numeric_limits<RunTimeNs>::min();
   while (const auto arrival = device.next_arrival(values)) {
     ASSERT_GE(arrival->time_ns, last_ns);
