@@ -123,8 +123,8 @@ TEST(BadScenario, PathOfAProgramHasToExistAndANameThatIsNotFoundIsAWarning) {
   const Ended unknown = check("no-such-program-here");
   EXPECT_EQ(unknown.code, 0) << unknown.errors;
   EXPECT_NE(
-      unknown.errors.find(place + "warning: the program 'no-such-program-here' of process 'tool' is not "
-                                  "in PATH"),
+      unknown.errors.find(place + "warning: the program 'no-such-program-here' of process 'tool' is neither "
+                                  "beside hil nor in PATH"),
       std::string::npos)
       << unknown.errors;
 }
