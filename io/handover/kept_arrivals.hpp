@@ -51,6 +51,10 @@ class KeptArrivals {
     }
     arriving_.clear();
   }
+  /// The number of inputs that are kept.
+  std::size_t kept_inputs() const noexcept {
+    return static_cast<std::size_t>(std::ranges::count(keeps_, true));
+  }
   /// How many arrivals were completed and not lost.
   std::uint64_t completed() const noexcept { return completed_; }
 

@@ -196,7 +196,7 @@ void ClientDevice::latch_inputs(std::span<Sample> samples) noexcept {
 }
 
 bool ClientDevice::keep_arrivals(std::size_t input) {
-  arrivals_.keep(input, 1, inputs_.size());
+  arrivals_.keep(input, 1, arrivals_.kept_inputs() + 1);
   return true;
 }
 

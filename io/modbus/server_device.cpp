@@ -138,7 +138,7 @@ void ServerDevice::latch_inputs(std::span<Sample> samples) noexcept {
 }
 
 bool ServerDevice::keep_arrivals(std::size_t input) {
-  arrivals_.keep(input, 1, inputs_.size());
+  arrivals_.keep(input, 1, arrivals_.kept_inputs() + 1);
   return true;
 }
 

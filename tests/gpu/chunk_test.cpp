@@ -18,8 +18,11 @@
 namespace rtstdb::test {
 namespace {
 
-constexpr std::uint32_t batch_size = 500;
+constexpr std::uint32_t batch_size = 200;
+/// Of a kind whose batch has a chunk for each element or so.
 constexpr std::uint32_t few_searches = 8;
+/// Of the other expensive kinds: several workgroups, of which the last is not full.
+constexpr std::uint32_t few_elements = 70;
 
 /// Queries of every kind with the same elements in equal worlds. Some rays take more rounds than a dispatch
 /// has.
@@ -57,7 +60,8 @@ class Chunks : public DatabaseTest {
       // Each impact search has a stage for each pause.
       const bool is_slow = std::holds_alternative<ContactQueryOptions>(options) ||
                            std::holds_alternative<ImpactQueryOptions>(options);
-      all.push_back(prepare_case(database(), with(options, is_slow ? few_searches : batch_size)));
+      const std::uint32_t count = is_slow ? few_searches : is_expensive(options) ? few_elements : batch_size;
+      all.push_back(prepare_case(database(), with(options, count)));
       Random random(42);
       all.back()->fill(random, elements);
       if (auto* rays = dynamic_cast<RayQuery*>(&all.back()->query())) {
