@@ -255,13 +255,17 @@ double held(const Call& c) noexcept {
   return is_unknown ? unknown : c.state[1];
 }
 
-/// state[1]: whether it is true; state[2]: the run time at which it became true.
+/// After a gap a lower bound, until the condition is known to be false. state[1]: whether it is true; state[2]:
+/// the run time at which it became true, or was known again; state[3]: whether it may have been true before.
 double time_true(const Call& c) noexcept {
   const double now = c.arguments[0];
+  note_known(c.state[0], now);
   if (!is_true(now)) {
     c.state[1] = 0.0;
+    c.state[3] = std::isnan(now) ? c.state[0] : 0.0;
     return std::isnan(now) ? unknown : 0.0;
   }
+  c.is_lower_bound = c.state[3] != 0.0;
   if (c.state[1] == 0.0) c.state[2] = c.time_s;
   c.state[1] = 1.0;
   return std::round((c.time_s - c.state[2]) * 1e9) / 1e9;  // times are whole nanoseconds
@@ -516,7 +520,8 @@ constexpr Function table[] = {
      .about = "x of the last step in which `when` was true, or of its first step."},
     {.name = "duration",
      .signature = "t:s",
-     .state_size = 3,
+     .state_size = 4,
+     .may_be_lower_bound = true,
      .value = time_true,
      .arguments = "condition",
      .about = "How long the condition has been true; 0 while it is false."},

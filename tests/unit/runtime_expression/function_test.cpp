@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <utility>
 
 #include "compiled.hpp"
@@ -129,7 +130,7 @@ TEST(UnknownArguments, EndInUnknownResults) {
   expect_near(steps("rate_limit(a, 20 / 1 s)", {0, u, u, 5}), {0, u, u, 2});
   expect_near(steps("hysteresis(a, 1, 3)", {4, u, 2, 0, u, 2}), {1, u, 1, 0, u, 0});
   expect_near(steps("hold(a, a < 5)", {1, 7, u, 7, 2}), {1, 1, u, 1, 2});
-  expect_near(steps("duration(a > 1)", {2, 2, u, 2, 2}, "s"), {0, 0.1, u, 0, 0.1});
+  expect_near(steps("duration(a > 1)", {2, 2, u, 2, 0, 2, 2}, "s"), {0, 0.1, u, u, 0, 0, 0.1});
   const double share = 1.0 - std::exp(-0.1 / 0.5);
   expect_near(steps("lag(a, dt, 0)", {1, 1, u, u, 1, 1}),
               {0, share, u, u, share + share * (1.0 - share), 1.0 - std::pow(1.0 - share, 3.0)});
@@ -140,6 +141,49 @@ TEST(UnknownArguments, DoNotBecomeTrueBetweenTwoTrues) {
   expect_near(steps("rise(a > 1)", {u, 2, u, 2, 0, u, 2}), {u, 1, u, 0, 0, u, 1});
   expect_near(steps("fall(a > 1)", {u, 0, u, 0, 2, u, 0}), {u, 0, u, 0, 0, u, 1});
   expect_near(steps("changed(a)", {u, 2, u, 2, u, 3}), {u, 0, u, 0, u, 1});
+}
+
+TEST(UnknownArguments, MakeADurationALowerBound) {
+  const std::vector<double> values{2, 2, u, 2, 2, 2, u, 2, 2, 0, 2, 2};
+  const std::string duration = "duration(a > 1)";
+  expect_near(steps(duration + " > 150 ms", values), {0, 0, u, u, u, 1, u, u, u, 0, 0, 0});
+  expect_near(steps(duration + " <= 150 ms", values), {1, 1, u, u, u, 0, u, u, u, 1, 1, 1});
+  expect_near(steps(duration + " >= 100 ms", values), {0, 1, u, u, 1, 1, u, u, 1, 0, 0, 1});
+  expect_near(steps(duration, values, "s"), {0, 0.1, u, u, u, u, u, u, u, 0, 0, 0.1});
+  // Before the first known condition nothing is known, as of a count.
+  expect_near(steps(duration, {u, u, 2, 2}, "s"), {u, u, 0, 0.1});
+  // A gap between two steps that are false hides no time that is still counted.
+  expect_near(steps(duration, {0, u, 0, 2, 2}, "s"), {0, u, 0, 0, 0.1});
+}
+
+/// What is known of a duration is true however the unknown steps were.
+TEST(UnknownArguments, KnownDurationsAreThoseOfEveryPossiblePast) {
+  std::mt19937 random(20);
+  int decided_after_gap = 0;
+  for (int variant = 0; variant < 3000; ++variant) {
+    std::vector<double> values(14);
+    std::vector<std::size_t> gaps;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto draw = random() % 10;
+      values[i] = draw < 6 ? 2.0 : draw < 8 || i == 0 || gaps.size() == 4 ? 0.0 : u;
+      if (std::isnan(values[i])) gaps.push_back(i);
+    }
+    const std::string limit = std::to_string(50 + 100 * (random() % 4)) + " ms";
+    const std::string written = "duration(a > 1)" + std::string(random() % 2 == 0 ? " > " : " <= ") + limit;
+    const std::vector<double> found = steps(written, values);
+    for (unsigned past = 0; past < 1U << gaps.size(); ++past) {
+      std::vector<double> possible = values;
+      for (std::size_t k = 0; k < gaps.size(); ++k)
+        possible[gaps[k]] = (past >> k & 1U) != 0 ? 2.0 : 0.0;
+      const std::vector<double> expected = steps(written, possible);
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        if (std::isnan(found[i])) continue;
+        ASSERT_EQ(found[i], expected[i]) << written << " in step " << i << " of variant " << variant;
+        if (!gaps.empty() && i > gaps.front() && values[i] != 0.0) ++decided_after_gap;
+      }
+    }
+  }
+  EXPECT_GT(decided_after_gap, 1000);
 }
 
 TEST(UnknownArguments, MakeACountALowerBound) {
