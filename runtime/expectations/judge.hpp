@@ -34,6 +34,11 @@ class Judge {
   virtual void check(const signals::SignalTable& table, signals::Instant instant) noexcept = 0;
   /// At any other instant, which is not judged: functions with a memory advance.
   virtual void skip(const signals::SignalTable& /*table*/, signals::Instant /*instant*/) noexcept {}
+  /// At an instant of which nobody knows whether it is in the window: functions with a memory advance, and an
+  /// instant that would decide the result is not evaluated. `in_gap`: the condition of the window was known
+  /// before, so that such an instant leaves the expectation not checked, whatever its coverage.
+  virtual void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                              bool in_gap) noexcept = 0;
   /// Whether the latest check() judged its tick. Undefined after skip().
   virtual bool judged_in_last_check() const noexcept { return true; }
   virtual report::Expectation result(const Extent& extent) const = 0;

@@ -55,7 +55,7 @@ class StatisticsJudge final : public Judge {
         unit_(context.table.info(signal_).unit),
         limit_kind_(limit_kind(context.table.info(signal_))),
         difference_(units::difference_unit(unit_)),
-        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage) {
+        coverage_({signal_}, context.table, context.arrivals, context.expectation) {
     if (claim.overshoot) overshoot_of_ = values_of(claim.overshoot->step);
     if (claim.settling) settling_of_ = values_of(claim.settling->step);
   }
@@ -82,6 +82,10 @@ class StatisticsJudge final : public Judge {
     const bool is_outside = std::abs(value - settling_of_.to) > band;
     if (is_outside) settled_ns_.reset(), outside_ns_ = time_ns;
     if (!is_outside && !settled_ns_) settled_ns_ = time_ns;
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    coverage_.check_unplaced(table, instant, in_gap);
   }
 
   report::Expectation result(const Extent& extent) const override {

@@ -31,7 +31,7 @@ class TracksJudge final : public Judge {
         end_ns_(claim.reference->end_ns() - shift_ticks_ * period_ns_),
         at_least_(claim.at_least),
         reference_(*claim.reference),
-        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage),
+        coverage_({signal_}, context.table, context.arrivals, context.expectation),
         values_(static_cast<std::size_t>(2 * shift_ticks_ + 1)),
         fits_(values_.size()) {
     reference_.rewind();
@@ -58,6 +58,12 @@ class TracksJudge final : public Judge {
   }
   void skip(const signals::SignalTable& /*table*/, signals::Instant instant) noexcept override {
     advance(instant.time_ns);
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    advance(instant.time_ns);
+    if (instant.time_ns >= begin_ns_ && instant.time_ns <= end_ns_)
+      coverage_.check_unplaced(table, instant, in_gap);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -129,9 +135,10 @@ class TracksJudge final : public Judge {
       return time_ns <= 0 ? 0 : (time_ns + period_ns_ - 1) / period_ns_;
     };
     const std::int64_t begin = std::max(first_at(begin_ns_), first_at(extent.begin_ns));
-    const std::int64_t end = std::min(end_ns_ < 0 ? 0 : first_at(end_ns_ + 1),
-                                      first_at(extent.begin_ns) + static_cast<std::int64_t>(extent.ticks));
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, end - begin));
+    const std::int64_t end =
+        std::min(end_ns_ < 0 ? 0 : first_at(end_ns_ + 1),
+                 first_at(extent.begin_ns) + static_cast<std::int64_t>(extent.ticks - extent.ticks_before));
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, end - begin)) + extent.ticks_before;
   }
   std::string text_of(double difference) const {
     return report::to_ascii(report::quantity_text(difference / difference_.factor, difference_.symbol));
