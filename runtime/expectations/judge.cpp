@@ -4,7 +4,9 @@
 #include <cmath>
 #include <span>
 
+#include "runtime/config/units.hpp"
 #include "runtime/signals/signal_expression.hpp"
+#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {
@@ -34,6 +36,73 @@ void check_operands(const config::Expression& condition, config::Diagnostics& di
   }
 }
 
+struct ConstantValue {
+  double value = 0.0;  ///< in the SI
+  bool has_variable = false;
+};
+
+/// Empty: it is no constant.
+std::optional<ConstantValue> constant_in(std::span<const Node> nodes, std::uint32_t index,
+                                         const signals::KnownSignals& known) {
+  using Operation = config::Expression::Operation;
+  const Node& node = nodes[index];
+  if (node.operation == Operation::number)
+    return ConstantValue{.value = node.unit ? node.unit->to_si(node.number) : node.number};
+  if (node.operation == Operation::name) {
+    const auto signal = known.table().find(node.word.text);
+    const auto value = signal ? known.constant(*signal) : std::nullopt;
+    const auto unit = signal ? units::parse_unit(known.table().info(*signal).unit) : std::nullopt;
+    if (!value) return std::nullopt;
+    return ConstantValue{.value = unit ? unit->to_si().of(*value) : *value, .has_variable = true};
+  }
+  if (node.operation < Operation::add || node.operation > Operation::divide) return std::nullopt;
+  const auto a = constant_in(nodes, node.parts[0], known), b = constant_in(nodes, node.parts[1], known);
+  if (!a || !b) return std::nullopt;
+  const bool has_variable = a->has_variable || b->has_variable;
+  switch (node.operation) {
+    case Operation::add:
+      return ConstantValue{a->value + b->value, has_variable};
+    case Operation::subtract:
+      return ConstantValue{a->value - b->value, has_variable};
+    case Operation::multiply:
+      return ConstantValue{a->value * b->value, has_variable};
+    default:
+      return ConstantValue{a->value / b->value, has_variable};
+  }
+}
+
+/// Adds the mistake of each time of a function that is as long as the run: a `duration` does not reach it, and a
+/// `delay` has no value of the run after its first one. Where only a variable makes it so, a warning.
+void check_times(const config::Expression& condition, const ClaimCheck& check) {
+  using Operation = config::Expression::Operation;
+  if (check.duration_ns <= 0) return;
+  const std::span<const Node> nodes = condition.nodes();
+  const auto is_call_of = [](const Node& node, std::string_view function) {
+    return node.operation == Operation::call && node.word.text == function;
+  };
+  const auto check_time = [&](const Node& node, std::uint32_t time, const std::string& use) {
+    const auto constant = constant_in(nodes, time, check.known);
+    if (!constant || !(constant->value < 9e9)) return;
+    const std::int64_t time_ns = std::llround(constant->value * 1e9);
+    if (time_ns < check.duration_ns) return;
+    const std::string text = use + config::format_duration(time_ns) + ", which is as long as the run of " +
+                             config::format_duration(check.duration_ns) + " or longer";
+    if (constant->has_variable)
+      check.diagnostics.warn(node.word.place, text + ", with the variables of the scenario");
+    else
+      check.diagnostics.add(node.word.place, text);
+  };
+  for (const Node& node : nodes) {
+    if (node.operation >= Operation::equal && node.operation <= Operation::greater_or_equal) {
+      for (const std::size_t side : {0U, 1U})
+        if (is_call_of(nodes[node.parts[side]], "duration"))
+          check_time(node, node.parts[1 - side], "'duration' is compared with ");
+    }
+    if (is_call_of(node, "delay") && node.parts.size() >= 2)
+      check_time(node, node.parts[1], "'delay' has a value of before ");
+  }
+}
+
 /// A condition that has one result, whatever is unknown in the run, can not fail or can not hold.
 void check_result(signals::SignalExpression& compiled, const config::Expression& condition,
                   const signals::KnownSignals& known, config::Diagnostics& diagnostics) {
@@ -59,6 +128,7 @@ void ClaimCheck::condition(const config::Expression& condition, bool is_for_ever
   else if (compiled)
     check_result(*compiled, condition, known, diagnostics);
   check_operands(condition, diagnostics);
+  if (compiled) check_times(condition, *this);
   if (!is_for_every_tick) return;
   for (const config::Expression::Node& node : condition.nodes()) {
     const auto id = known.table().find(node.word.text);
