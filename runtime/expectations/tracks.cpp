@@ -39,17 +39,21 @@ class TracksJudge final : public Judge {
 
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     const std::int64_t time_ns = instant.time_ns;
-    advance(time_ns);
+    if (instant.is_tick) advance(time_ns);
     if (time_ns < begin_ns_ || time_ns > end_ns_) return;
     const double value = table.value(signal_);
     const bool is_known = table.is_known(signal_) && !std::isnan(value);
     coverage_.check(table, instant, is_known);
     if (!is_known) return;
-    if (!first_compared_ns_) first_compared_ns_ = time_ns;
-    last_compared_ns_ = time_ns;
+    if (instant.is_tick) {
+      if (!first_compared_ns_) first_compared_ns_ = time_ns;
+      last_compared_ns_ = time_ns;
+    }
     for (std::int64_t shift = -shift_ticks_; shift <= shift_ticks_; ++shift) {
       Fit& fit = fits_[static_cast<std::size_t>(shift + shift_ticks_)];
-      const double error = std::abs(value - values_[place_of(tick_ - shift)]);
+      const double expected = instant.is_tick ? values_[place_of(tick_ - shift)]
+                                              : reference_.value_at(time_ns - shift * period_ns_);
+      const double error = std::abs(value - expected);
       if (error > tolerance_ && !fit.first_failure_ns) fit.first_failure_ns = time_ns;
       if (error <= fit.worst_error) continue;
       fit.worst_error = error;
@@ -57,11 +61,11 @@ class TracksJudge final : public Judge {
     }
   }
   void skip(const signals::SignalTable& /*table*/, signals::Instant instant) noexcept override {
-    advance(instant.time_ns);
+    if (instant.is_tick) advance(instant.time_ns);
   }
   void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
                       bool in_gap) noexcept override {
-    advance(instant.time_ns);
+    if (instant.is_tick) advance(instant.time_ns);
     if (instant.time_ns >= begin_ns_ && instant.time_ns <= end_ns_)
       coverage_.check_unplaced(table, instant, in_gap);
   }
@@ -230,6 +234,9 @@ void check_claim(const Tracks& claim, const ClaimCheck& check) {
   }
 }
 
+std::vector<signals::SignalId> judged_arrivals_of(const Tracks& claim, const signals::SignalTable& table) {
+  return {*table.find(claim.signal.text)};
+}
 std::unique_ptr<Judge> judge_of(const Tracks& claim, const JudgeContext& context) {
   return std::make_unique<TracksJudge>(claim, context);
 }

@@ -4,7 +4,8 @@
 // The window opens at the first instant at `from` or later at which `after` is true. It is closed for good
 // from the first instant after `to`, or from the first later instant at which `until` is true. While the
 // condition that could open or close it is unknown, nobody knows whether an instant is in it
-// (Judge::check_unplaced); where the condition is known to be false again, the window is as it was. An expectation whose window did not open is not checked.
+// (Judge::check_unplaced); where the condition is known to be false again, the window is as it was. An
+// expectation whose window did not open is not checked.
 //
 // Threads: as Judge.
 
