@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -70,7 +71,11 @@ struct ClaimCheck {
   std::int64_t period_ns = 0;    ///< of the base tick
   std::int64_t duration_ns = 0;  ///< of the run
   config::Diagnostics& diagnostics;
+  std::span<const config::VariableSection> variables{};  ///< of the scenario
 
+  /// Adds the mistake of each time of a function that is as long as the run: a `duration` does not reach it,
+  /// and a `delay` has no value of the run after its first one. Where only a variable makes it so, a warning.
+  void times(const config::Expression& expression) const;
   /// Adds the mistakes of a condition. `is_for_every_tick`: warns of signals that are never stale.
   void condition(const config::Expression& condition, bool is_for_every_tick = false) const;
 };

@@ -114,6 +114,16 @@ TEST_F(ExpectationMistakes, OfTimesOfFunctionsAsLongAsTheRun) {
       << diagnostics_.to_text();
   ASSERT_EQ(diagnostics_.warnings().size(), 1U);
   EXPECT_NE(diagnostics_.warnings()[0].message.find("compared with 12 s"), std::string::npos);
+  for (const auto& [variables, words] :
+       {std::pair{"{d: other, other: duration(tank.level > 5 m)}", "'duration' is compared with 15 s"},
+        {"{d: 'delay(tank.level, 10 s) / 1 m * 1 s'}", "'delay' has a value of before 10 s"},
+        {"{d: 'if duration(tank.level > 5 m) > 11 s then 1 s else 2 s'}",
+         "'duration' is compared with 11 s"}}) {
+    diagnostics_ = {};
+    EXPECT_FALSE(wired(scenario + "  - {name: a, never: d > 15 s}\nvariables: " + variables + "\n"));
+    EXPECT_EQ(diagnostics_.count(), 1U) << diagnostics_.to_text();
+    EXPECT_NE(diagnostics_.to_text().find(words), std::string::npos) << diagnostics_.to_text();
+  }
 }
 
 TEST_F(ExpectationMistakes, AreWarningsWhereOnlyAVariableMakesThemSo) {
