@@ -18,7 +18,7 @@ class CountJudge final : public Judge {
       : name_(context.expectation.name),
         claim_(claim),
         condition_(claim.condition, context.table, context.options),
-        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage) {}
+        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation) {}
 
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     coverage_.check(table, instant, condition_.truth(table, instant) != Truth::unknown);
@@ -29,6 +29,14 @@ class CountJudge final : public Judge {
   }
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     condition_.truth(table, instant);
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    const Truth truth = condition_.truth(table, instant);
+    if (condition_.became_true())
+      coverage_.check_unplaced(table, instant, in_gap);
+    else
+      coverage_.check(table, instant, truth != Truth::unknown);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -79,7 +87,7 @@ class OrderJudge final : public Judge {
   OrderJudge(const Order& claim, const JudgeContext& context)
       : name_(context.expectation.name),
         conditions_(compiled(claim, context)),
-        coverage_(signals_of(conditions_), context.table, context.arrivals, context.expectation.coverage),
+        coverage_(signals_of(conditions_), context.table, context.arrivals, context.expectation),
         first_ns_(conditions_.size()) {}
 
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
@@ -97,6 +105,20 @@ class OrderJudge final : public Judge {
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     for (WatchedCondition& condition : conditions_)
       condition.truth(table, instant);
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    bool is_evaluated = true, decides = false;
+    for (std::size_t i = 0; i < conditions_.size(); ++i) {
+      const Truth truth = conditions_[i].truth(table, instant);
+      if (first_ns_[i]) continue;
+      if (truth == Truth::unknown) is_evaluated = false;
+      if (truth == Truth::yes) decides = true;
+    }
+    if (decides)
+      coverage_.check_unplaced(table, instant, in_gap);
+    else
+      coverage_.check(table, instant, is_evaluated);
   }
 
   report::Expectation result(const Extent& extent) const override {

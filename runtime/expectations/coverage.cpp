@@ -6,6 +6,7 @@
 
 #include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
+#include "runtime/signals/signal_expression.hpp"
 
 namespace hil::expectations {
 namespace {
@@ -20,35 +21,55 @@ std::string percent_text(double share) {
 }  // namespace
 
 Coverage::Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
-                   const Arrivals& arrivals, double min_share)
-    : arrivals_(nullptr), min_share_(min_share) {
-  for (const signals::SignalId signal : signals) {
-    const signals::SignalInfo& info = table.info(signal);
-    signals_.push_back(
-        {.signal = signal, .name = info.name, .arrives = info.arrives, .timeout_ns = info.timeout_ns});
-    if (arrivals.keeps(signal)) arrivals_ = &arrivals;
-  }
+                   const Arrivals& arrivals, const config::Expectation& expectation)
+    : arrivals_(nullptr), min_share_(expectation.coverage) {
+  const auto add = [&](const std::vector<signals::SignalId>& added, bool is_of_window) {
+    for (const signals::SignalId signal : added) {
+      const signals::SignalInfo& info = table.info(signal);
+      signals_.push_back({.signal = signal,
+                          .name = info.name,
+                          .arrives = info.arrives,
+                          .timeout_ns = info.timeout_ns,
+                          .is_of_window = is_of_window});
+      if (arrivals.keeps(signal)) arrivals_ = &arrivals;
+    }
+  };
+  add(signals, false);
+  if (expectation.window)
+    for (const auto* condition : {&expectation.window->after, &expectation.window->until})
+      if (*condition) add(signals::signals_in(**condition, table), true);
   intervals_.reserve(max_intervals);
   causes_.resize(max_intervals * signals_.size());
 }
 
 void Coverage::check(const signals::SignalTable& table, signals::Instant instant, bool evaluated) noexcept {
-  if (!instant.is_tick) return;
+  if (instant.is_tick) check_tick(table, instant.time_ns, evaluated, false);
+}
+
+void Coverage::check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                              bool in_gap) noexcept {
+  if (in_gap && !unplaced_ns_) unplaced_ns_ = instant.time_ns;
+  if (instant.is_tick) check_tick(table, instant.time_ns, false, true);
+}
+
+void Coverage::check_tick(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated,
+                          bool of_window) noexcept {
   if (evaluated) ++evaluated_ticks_;
-  if (!evaluated) note_not_evaluated(instant.time_ns);
+  if (!evaluated) note_not_evaluated(time_ns);
   for (std::size_t i = 0; i < signals_.size(); ++i) {
     SignalCoverage& signal = signals_[i];
     const bool is_known = table.is_known(signal.signal);
+    const bool may_be_cause = !evaluated && signal.is_of_window == of_window;
     if (is_known && !std::isnan(table.value(signal.signal))) {
       signal.was_known = true;
-    } else if (!evaluated) {
+    } else if (may_be_cause) {
       ++signal.ticks_not_evaluated;
       if (is_listed_) causes_[(intervals_.size() - 1) * signals_.size() + i] = true;
     }
     if (is_known)
       signal.stale_since_ns.reset();
     else if (signal.arrives)
-      note_stale(signal, i, instant.time_ns, evaluated);
+      note_stale(signal, i, time_ns, !may_be_cause);
   }
   was_evaluated_ = evaluated;
 }
@@ -93,6 +114,12 @@ std::string Coverage::share_text(std::uint64_t part, std::uint64_t whole, const 
          "), less than its coverage of " + report::shortest(min_share_ * 100.0) + " %";
 }
 
+std::string Coverage::unplaced_text() const {
+  if (!unplaced_ns_) return "";
+  return "it was unknown whether " + instant_text(*unplaced_ns_) +
+         " is in its window, and the result depends on it";
+}
+
 std::string Coverage::shortfall(std::uint64_t covered_ticks,
                                 const std::optional<PendingBegin>& oldest_pending) const {
   if (covered_ticks == 0) return "the run had no tick";
@@ -115,6 +142,7 @@ std::string Coverage::shortfall(std::uint64_t covered_ticks,
         instant_text(stale_interval_->end_ns) + ", longer than its time-out of " +
         instant_text(signal.timeout_ns));
   }
+  if (unplaced_ns_) add(unplaced_text());
   if (arrivals_ != nullptr && arrivals_->lost() > 0) add(arrivals_->lost_text());
   return text;
 }

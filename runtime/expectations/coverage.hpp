@@ -8,6 +8,8 @@
 // - none, or too small a share, of its ticks was evaluated,
 // - a tick was not evaluated because of a signal that was never known, whatever the share,
 // - a signal of a device was not fresh for longer than its time-out, on ticks that were not evaluated,
+// - at an instant with a result that depends on it, nobody knew whether the instant was in the window, since
+//   `after` or `until` was known before and no longer,
 // - or frames of its messages were lost between the bus and the tick.
 //
 // Threads: check from the base thread; the rest after the run.
@@ -17,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/config/scenario.hpp"
 #include "runtime/expectations/arrivals.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/signal_scope.hpp"
@@ -30,6 +33,7 @@ struct Extent {
   std::uint64_t ticks = 0;     ///< base ticks that were due, for a run that ended early those of its duration
   std::int64_t period_ns = 0;  ///< of the base tick
   std::int64_t begin_ns = 0;   ///< of the window
+  std::uint64_t ticks_before = 0;  ///< of `ticks`, those before begin_ns that may be in the window
 };
 
 /// Begin of a reaction or of a request that has no result yet.
@@ -40,20 +44,24 @@ struct PendingBegin {
 
 class Coverage {
  public:
-  /// `signals`: those that the expectation reads. `min_share`: the least share of its ticks that must be
-  /// evaluated, 0 to 1.
+  /// `signals`: those that the claim reads, without those of the window.
   Coverage(const std::vector<signals::SignalId>& signals, const signals::SignalTable& table,
-           const Arrivals& arrivals, double min_share);
+           const Arrivals& arrivals, const config::Expectation& expectation);
 
   /// To be called at each instant that the expectation covers, in a tick that ran; frames do not count.
   /// Neither allocates nor blocks.
   void check(const signals::SignalTable& table, signals::Instant instant, bool evaluated) noexcept;
+  /// Instead of check, at an instant that may be outside the window, and decides the result if it is inside
+  /// (Judge::check_unplaced).
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant, bool in_gap) noexcept;
 
   std::uint64_t evaluated_ticks() const noexcept { return evaluated_ticks_; }
   /// Why the expectation is not checked, in words. Empty: it is checked. `oldest_pending`: the oldest
   /// reaction or request that is open at the end.
   std::string shortfall(std::uint64_t covered_ticks,
                         const std::optional<PendingBegin>& oldest_pending = {}) const;
+  /// The reason of an instant in a gap of `after` or `until`. Empty: there was none.
+  std::string unplaced_text() const;
   /// Whether `part` is not 0 and at least min_share of `whole`.
   bool suffices(std::uint64_t part, std::uint64_t whole) const noexcept;
   /// "188 of 10000 ticks (1.8 %), less than its coverage of 95 %", "none of 10000 ticks"
@@ -68,6 +76,7 @@ class Coverage {
     std::string name;
     bool arrives = false;
     std::int64_t timeout_ns = 0;
+    bool is_of_window = false;  ///< `after` or `until` reads it
     bool was_known = false;
     std::uint64_t ticks_not_evaluated = 0;  ///< because it was unknown
     std::optional<std::int64_t> stale_since_ns{};
@@ -82,6 +91,9 @@ class Coverage {
     std::int64_t begin_ns = 0, end_ns = 0;
   };
 
+  /// `of_window`: the signals of the window, and no others, are why the tick was not evaluated.
+  void check_tick(const signals::SignalTable& table, std::int64_t time_ns, bool evaluated,
+                  bool of_window) noexcept;
   void note_stale(SignalCoverage& signal, std::size_t index, std::int64_t time_ns, bool evaluated) noexcept;
   void note_not_evaluated(std::int64_t time_ns) noexcept;
 
@@ -90,8 +102,9 @@ class Coverage {
   const double min_share_;
   std::uint64_t evaluated_ticks_ = 0;
   std::optional<StaleInterval> stale_interval_;
-  bool was_evaluated_ = true;  ///< the last tick
-  bool is_listed_ = false;     ///< the newest interval is in intervals_
+  std::optional<std::int64_t> unplaced_ns_;  ///< the first instant in a gap of `after` or `until`
+  bool was_evaluated_ = true;                ///< the last tick
+  bool is_listed_ = false;                   ///< the newest interval is in intervals_
   std::vector<Interval> intervals_;
   std::vector<bool> causes_;  ///< by interval and signal
 };

@@ -23,7 +23,7 @@ class CycleTimeJudge final : public Judge {
         claim_(claim),
         arrivals_(context.arrivals),
         received_(*find_received(claim.message.text, context.table)),
-        coverage_({}, context.table, context.arrivals, context.expectation.coverage),
+        coverage_({}, context.table, context.arrivals, context.expectation),
         has_arrivals_(std::ranges::all_of(received_.signals,
                                           [&](auto signal) { return context.arrivals.keeps(signal); })) {}
 
@@ -35,6 +35,14 @@ class CycleTimeJudge final : public Judge {
   }
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     if (instant.is_tick) for_each_frame(table, [](std::int64_t /*stamp_ns*/) {});
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    if (!instant.is_tick) return;
+    coverage_.check_unplaced(table, instant, in_gap);
+    for_each_frame(table, [this](std::int64_t stamp_ns) {
+      if (last_ns_ != no_time_ns) last_ns_ = stamp_ns;
+    });
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -63,6 +71,9 @@ class CycleTimeJudge final : public Judge {
     } else if (figures.count < claim_.at_least) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += "; at least " + std::to_string(claim_.at_least) + " have to be judged";
+    } else if (const std::string unplaced = coverage_.unplaced_text(); !unplaced.empty()) {
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += "; " + unplaced;
     }
     return result;
   }

@@ -18,7 +18,7 @@ class EveryTickJudge final : public Judge {
       : name_(context.expectation.name),
         condition_(condition, context.table, context.options),
         margin_(condition, context.table, context.options),
-        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage),
+        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation),
         required_truth_(required_truth),
         has_margin_(margin_.exists()) {}
 
@@ -40,6 +40,15 @@ class EveryTickJudge final : public Judge {
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     condition_.truth(table, instant);
     margin_.at(table, instant);
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    const Truth truth = condition_.truth(table, instant);
+    margin_.at(table, instant);
+    if (truth == Truth::unknown || (truth == Truth::yes) == required_truth_)
+      coverage_.check(table, instant, truth != Truth::unknown);
+    else
+      coverage_.check_unplaced(table, instant, in_gap);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -81,7 +90,7 @@ class EventuallyJudge final : public Judge {
       : name_(context.expectation.name),
         condition_(claim.condition, context.table, context.options),
         margin_(claim.condition, context.table, context.options),
-        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation.coverage),
+        coverage_(condition_.signals(), context.table, context.arrivals, context.expectation),
         by_ns_(claim.by_ns) {}
 
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
@@ -100,6 +109,19 @@ class EventuallyJudge final : public Judge {
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     condition_.truth(table, instant);
     margin_.at(table, instant);
+  }
+
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    judged_in_last_check_ = !fulfilled_ns_;
+    if (fulfilled_ns_) return;
+    const Truth truth = condition_.truth(table, instant);
+    margin_.at(table, instant);
+    if (by_ns_ && instant.time_ns > *by_ns_) return;
+    if (truth == Truth::yes)
+      coverage_.check_unplaced(table, instant, in_gap);
+    else
+      coverage_.check(table, instant, truth != Truth::unknown);
   }
 
   bool judged_in_last_check() const noexcept override { return judged_in_last_check_; }
@@ -138,8 +160,8 @@ class EventuallyJudge final : public Judge {
   std::uint64_t covered_ticks(const Extent& extent) const {
     if (!by_ns_ || extent.period_ns <= 0) return extent.ticks;
     if (*by_ns_ < extent.begin_ns) return 0;
-    return std::min(extent.ticks,
-                    static_cast<std::uint64_t>((*by_ns_ - extent.begin_ns) / extent.period_ns) + 1);
+    return std::min(extent.ticks, static_cast<std::uint64_t>((*by_ns_ - extent.begin_ns) / extent.period_ns) +
+                                      1 + extent.ticks_before);
   }
 
   const std::string name_;

@@ -14,7 +14,7 @@ class FreshJudge final : public Judge {
       : name_(context.expectation.name),
         subject_(claim.name.text),
         received_(*find_received(subject_, context.table)),
-        coverage_({}, context.table, context.arrivals, context.expectation.coverage) {}
+        coverage_({}, context.table, context.arrivals, context.expectation) {}
 
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     const std::int64_t time_ns = instant.time_ns;
@@ -35,6 +35,14 @@ class FreshJudge final : public Judge {
     if (age_ns <= worst_age_ns_) return;
     worst_age_ns_ = age_ns;
     worst_ns_ = time_ns;
+  }
+
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    if (received_.is_fresh(table))
+      coverage_.check(table, instant, true);
+    else
+      coverage_.check_unplaced(table, instant, in_gap);
   }
 
   report::Expectation result(const Extent& extent) const override {

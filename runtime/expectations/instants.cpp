@@ -60,7 +60,7 @@ class InstantsJudge final : public Judge {
       : name_(context.expectation.name),
         signal_(*context.table.find(claim.signal.text)),
         info_(context.table.info(signal_)),
-        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage) {
+        coverage_({signal_}, context.table, context.arrivals, context.expectation) {
     config::Diagnostics ignored;  // check_claim has reported the mistakes, so there are none
     for (const config::InstantCheck& check : claim.checks)
       expected_.push_back(*expected_value(check, info_, ignored));
@@ -88,6 +88,10 @@ class InstantsJudge final : public Judge {
     worst_ = &expected;
     worst_margin_ = margin;
     worst_value_ = value;
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    coverage_.check_unplaced(table, instant, in_gap);
   }
   bool judged_in_last_check() const noexcept override { return judged_in_last_check_; }
 

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <span>
 
+#include "runtime/config/units.hpp"
 #include "runtime/signals/signal_expression.hpp"
+#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {
@@ -34,6 +36,57 @@ void check_operands(const config::Expression& condition, config::Diagnostics& di
   }
 }
 
+struct ConstantValue {
+  double value = 0.0;  ///< in the SI
+  bool has_variable = false;
+};
+
+/// Empty: it is no constant.
+std::optional<ConstantValue> constant_in(std::span<const Node> nodes, std::uint32_t index,
+                                         const signals::KnownSignals& known) {
+  using Operation = config::Expression::Operation;
+  const Node& node = nodes[index];
+  if (node.operation == Operation::number)
+    return ConstantValue{.value = node.unit ? node.unit->to_si(node.number) : node.number};
+  if (node.operation == Operation::name) {
+    const auto signal = known.table().find(node.word.text);
+    const auto value = signal ? known.constant(*signal) : std::nullopt;
+    const auto unit = signal ? units::parse_unit(known.table().info(*signal).unit) : std::nullopt;
+    if (!value) return std::nullopt;
+    return ConstantValue{.value = unit ? unit->to_si().of(*value) : *value, .has_variable = true};
+  }
+  if (node.operation < Operation::add || node.operation > Operation::divide) return std::nullopt;
+  const auto a = constant_in(nodes, node.parts[0], known), b = constant_in(nodes, node.parts[1], known);
+  if (!a || !b) return std::nullopt;
+  const bool has_variable = a->has_variable || b->has_variable;
+  switch (node.operation) {
+    case Operation::add:
+      return ConstantValue{a->value + b->value, has_variable};
+    case Operation::subtract:
+      return ConstantValue{a->value - b->value, has_variable};
+    case Operation::multiply:
+      return ConstantValue{a->value * b->value, has_variable};
+    default:
+      return ConstantValue{a->value / b->value, has_variable};
+  }
+}
+
+bool is_call_of(const Node& node, std::string_view function) {
+  return node.operation == config::Expression::Operation::call && node.word.text == function;
+}
+
+/// Whether the value is a duration(), also by way of variables.
+bool is_duration(const Node& node, const ClaimCheck& check) {
+  if (is_call_of(node, "duration")) return true;
+  // A variable with a signal is computed from earlier ones, so there is no circle.
+  if (node.operation != config::Expression::Operation::name || !check.known.table().find(node.word.text))
+    return false;
+  const auto variable = std::ranges::find(check.variables, node.word.text,
+                                          [](const config::VariableSection& v) { return v.name.text; });
+  return variable != check.variables.end() && variable->expression &&
+         is_duration(variable->expression->nodes().back(), check);
+}
+
 /// A condition that has one result, whatever is unknown in the run, can not fail or can not hold.
 void check_result(signals::SignalExpression& compiled, const config::Expression& condition,
                   const signals::KnownSignals& known, config::Diagnostics& diagnostics) {
@@ -50,6 +103,33 @@ void check_result(signals::SignalExpression& compiled, const config::Expression&
 
 }  // namespace
 
+void ClaimCheck::times(const config::Expression& expression) const {
+  using Operation = config::Expression::Operation;
+  if (duration_ns <= 0) return;
+  const std::span<const Node> nodes = expression.nodes();
+  const auto check_time = [&](const Node& node, std::uint32_t time, const std::string& use) {
+    const auto constant = constant_in(nodes, time, known);
+    if (!constant || !(constant->value < 9e9)) return;  // std::int64_t holds 9.2e18 ns
+    const std::int64_t time_ns = std::llround(constant->value * 1e9);
+    if (time_ns < duration_ns) return;
+    const std::string text = use + config::format_duration(time_ns) + ", which is as long as the run of " +
+                             config::format_duration(duration_ns) + " or longer";
+    if (constant->has_variable)
+      diagnostics.warn(node.word.place, text + ", with the variables of the scenario");
+    else
+      diagnostics.add(node.word.place, text);
+  };
+  for (const Node& node : nodes) {
+    if (node.operation >= Operation::equal && node.operation <= Operation::greater_or_equal) {
+      for (const std::size_t side : {0U, 1U})
+        if (is_duration(nodes[node.parts[side]], *this))
+          check_time(node, node.parts[1 - side], "'duration' is compared with ");
+    }
+    if (is_call_of(node, "delay") && node.parts.size() >= 2)
+      check_time(node, node.parts[1], "'delay' has a value of before ");
+  }
+}
+
 void ClaimCheck::condition(const config::Expression& condition, bool is_for_every_tick) const {
   auto compiled =
       signals::SignalExpression::compile(condition, known, {.truth = true, .what = "the condition"},
@@ -59,6 +139,7 @@ void ClaimCheck::condition(const config::Expression& condition, bool is_for_ever
   else if (compiled)
     check_result(*compiled, condition, known, diagnostics);
   check_operands(condition, diagnostics);
+  if (compiled) times(condition);
   if (!is_for_every_tick) return;
   for (const config::Expression::Node& node : condition.nodes()) {
     const auto id = known.table().find(node.word.text);

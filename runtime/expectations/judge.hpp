@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,11 @@ class Judge {
   virtual void check(const signals::SignalTable& table, signals::Instant instant) noexcept = 0;
   /// At any other instant, which is not judged: functions with a memory advance.
   virtual void skip(const signals::SignalTable& /*table*/, signals::Instant /*instant*/) noexcept {}
+  /// At an instant of which nobody knows whether it is in the window: functions with a memory advance, and an
+  /// instant that would decide the result is not evaluated. `in_gap`: the condition of the window was known
+  /// before, so that such an instant leaves the expectation not checked, whatever its coverage.
+  virtual void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                              bool in_gap) noexcept = 0;
   /// Whether the latest check() judged its tick. Undefined after skip().
   virtual bool judged_in_last_check() const noexcept { return true; }
   virtual report::Expectation result(const Extent& extent) const = 0;
@@ -65,7 +71,11 @@ struct ClaimCheck {
   std::int64_t period_ns = 0;    ///< of the base tick
   std::int64_t duration_ns = 0;  ///< of the run
   config::Diagnostics& diagnostics;
+  std::span<const config::VariableSection> variables{};  ///< of the scenario
 
+  /// Adds the mistake of each time of a function that is as long as the run: a `duration` does not reach it,
+  /// and a `delay` has no value of the run after its first one. Where only a variable makes it so, a warning.
+  void times(const config::Expression& expression) const;
   /// Adds the mistakes of a condition. `is_for_every_tick`: warns of signals that are never stale.
   void condition(const config::Expression& condition, bool is_for_every_tick = false) const;
 };

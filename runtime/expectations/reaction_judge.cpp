@@ -73,7 +73,7 @@ ReactionJudge::ReactionJudge(const Reaction& claim, const JudgeContext& context)
                   {claim.then,
                    context.table,
                    {.period_ns = context.options.period_ns, .seed = ~context.options.seed}}},
-      coverage_(signals_of(conditions_), context.table, context.arrivals, context.expectation.coverage),
+      coverage_(signals_of(conditions_), context.table, context.arrivals, context.expectation),
       within_ns_(claim.within_ns),
       at_least_(claim.at_least),
       hold_ns_(claim.hold_ns),
@@ -109,6 +109,11 @@ void ReactionJudge::complete(std::int64_t time_ns) noexcept {
   for (; first_ != end_; ++first_) {
     const std::int64_t begin_ns = oldest().begin_ns;
     const std::int64_t since_ns = std::max(begin_ns, *then_since_ns_);
+    if (since_ns > begin_ns + within_ns_) {  // it can only be in time if `then` was true while it was unknown
+      if (!may_be_in_time(oldest())) return;
+      ++unknown_;
+      continue;
+    }
     if (time_ns - since_ns < hold_ns_) return;
     const std::int64_t took_ns = since_ns - begin_ns;
     ++in_time_;
@@ -141,13 +146,29 @@ void ReactionJudge::note_then_ended(std::int64_t time_ns) noexcept {
   then_since_ns_.reset();
 }
 
+bool ReactionJudge::may_be_in_time(const OpenReaction& reaction) const noexcept {
+  const std::int64_t since_ns = std::max(reaction.begin_ns, *possible_since_ns_);
+  return since_ns <= reaction.begin_ns + within_ns_ && possible_last_ns_ - since_ns >= hold_ns_;
+}
+
+void ReactionJudge::note_possible_then_ended() noexcept {
+  if (!possible_since_ns_) return;
+  for (std::uint64_t i = first_; i != end_; ++i) {
+    OpenReaction& reaction = open_[i % open_.size()];
+    reaction.may_be_in_time = reaction.may_be_in_time || may_be_in_time(reaction);
+  }
+  possible_since_ns_.reset();
+}
+
 void ReactionJudge::end_before(std::int64_t time_ns) noexcept {
   for (; first_ != end_ && oldest().begin_ns + within_ns_ < time_ns; ++first_) {
     const OpenReaction& reaction = oldest();
     const std::int64_t limit_ns = reaction.begin_ns + within_ns_;
     // `then` followed in time and is still true.
     if (then_since_ns_ && *then_since_ns_ <= limit_ns) return;
-    if (first_ < unknown_end_) {
+    const bool may_follow = possible_since_ns_ && *possible_since_ns_ <= limit_ns;
+    if (may_follow && !may_be_in_time(reaction)) return;
+    if (may_follow || reaction.may_be_in_time) {
       ++unknown_;
       continue;
     }
@@ -167,22 +188,45 @@ void ReactionJudge::skip(const signals::SignalTable& table, signals::Instant ins
     condition.truth(table, instant);
 }
 
+void ReactionJudge::follow(std::int64_t time_ns, Truth then) noexcept {
+  if (then != Truth::yes) note_then_ended(time_ns);
+  if (then == Truth::no) {
+    note_possible_then_ended();
+  } else {
+    if (!possible_since_ns_) possible_since_ns_ = time_ns;
+    possible_last_ns_ = time_ns;
+  }
+  end_before(time_ns);  // the time of some may have ended in ticks that were skipped
+}
+
+void ReactionJudge::conclude(std::int64_t time_ns, Truth then) noexcept {
+  if (then != Truth::yes) return end_before(time_ns + 1);
+  if (!then_since_ns_) then_since_ns_ = time_ns;
+  then_last_ns_ = time_ns;
+  complete(time_ns);
+}
+
 void ReactionJudge::check(const signals::SignalTable& table, signals::Instant instant) noexcept {
-  const std::int64_t time_ns = instant.time_ns;
   const Truth when = conditions_[0].truth(table, instant);
   const Truth then = conditions_[1].truth(table, instant);
-  if (conditions_[0].became_true()) begin(time_ns);
-  if (then != Truth::yes) note_then_ended(time_ns);
-  end_before(time_ns);  // the time of some may have ended in ticks that were skipped
+  if (conditions_[0].became_true()) begin(instant.time_ns);
+  follow(instant.time_ns, then);
   coverage_.check(table, instant, when != Truth::unknown && (then != Truth::unknown || first_ == end_));
-  if (then == Truth::yes) {
-    if (!then_since_ns_) then_since_ns_ = time_ns;
-    then_last_ns_ = time_ns;
-    complete(time_ns);
-    return;
-  }
-  if (then == Truth::unknown) unknown_end_ = end_;
-  end_before(time_ns + 1);
+  conclude(instant.time_ns, then);
+}
+
+void ReactionJudge::check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                                   bool in_gap) noexcept {
+  const Truth when = conditions_[0].truth(table, instant);
+  conditions_[1].truth(table, instant);
+  follow(instant.time_ns, Truth::unknown);  // what is open at the end of the window is not judged
+  if (conditions_[0].became_true())
+    coverage_.check_unplaced(table, instant, in_gap);
+  else if (first_ != end_)
+    coverage_.check_unplaced(table, instant, false);
+  else
+    coverage_.check(table, instant, when != Truth::unknown);
+  conclude(instant.time_ns, Truth::unknown);
 }
 
 std::string ReactionJudge::figures() const {

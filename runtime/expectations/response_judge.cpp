@@ -93,7 +93,7 @@ ResponseJudge::ResponseJudge(const Response& claim, const JudgeContext& context)
     : name_(context.expectation.name),
       arrivals_(context.arrivals),
       coverage_({*context.table.find(claim.request.text)}, context.table, context.arrivals,
-                context.expectation.coverage),
+                context.expectation),
       reply_connected_(context.table.find(context.table.info(*context.table.find(claim.reply.text)).writer +
                                           ".connected")),
       within_ns_(claim.within_ns),
@@ -119,8 +119,10 @@ std::optional<ResponseJudge::Reply> ResponseJudge::change_of(Side& side,
   return Reply{.value = latched.value, .time_ns = latched.time_ns};
 }
 
-void ResponseJudge::take(const signals::SignalTable& table, bool is_judged) noexcept {
+bool ResponseJudge::take(const signals::SignalTable& table, bool is_judged) noexcept {
+  bool has_request = false;
   const auto request = [&](const Reply& arrived) {
+    has_request = true;
     add_request({arrived, coverage_.evaluated_ticks(), is_judged});
   };
   for (const Arrival& arrival : arrivals_.collected()) {
@@ -131,6 +133,7 @@ void ResponseJudge::take(const signals::SignalTable& table, bool is_judged) noex
   }
   if (const auto change = change_of(requests_, table)) request(*change);
   if (const auto change = change_of(replies_, table)) take_reply(*change);
+  return has_request;
 }
 
 void ResponseJudge::check(const signals::SignalTable& table, signals::Instant instant) noexcept {
@@ -147,6 +150,17 @@ void ResponseJudge::skip(const signals::SignalTable& table, signals::Instant ins
   if (!instant.is_tick || was_checked_) return;  // after the window nothing is matched
   take(table, false);
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
+}
+
+void ResponseJudge::check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                                   bool in_gap) noexcept {
+  if (!instant.is_tick) return;
+  const bool has_request = take(table, false);
+  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
+  if (has_request)
+    coverage_.check_unplaced(table, instant, in_gap);
+  else
+    coverage_.check(table, instant, true);
 }
 
 std::string ResponseJudge::figures(const Unanswered& unanswered) const {

@@ -42,6 +42,8 @@ class ResponseJudge final : public Judge {
   // The frames of a tick are judged at the tick.
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override;
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override;
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override;
   report::Expectation result(const Extent& extent) const override;
   std::optional<report::ResponseTime> response_times(std::int64_t end_ns) const override;
 
@@ -64,8 +66,8 @@ class ResponseJudge final : public Judge {
     double last_value = 0.0;
     std::int64_t last_ns = 0;
   };
-  /// Takes the requests and the replies in the order in which they came.
-  void take(const signals::SignalTable& table, bool is_judged) noexcept;
+  /// Takes the requests and the replies in the order in which they came. Returns whether there was a request.
+  bool take(const signals::SignalTable& table, bool is_judged) noexcept;
   /// The value of a side without arrivals at this tick, if it changed.
   static std::optional<Reply> change_of(Side& side, const signals::SignalTable& table) noexcept;
 

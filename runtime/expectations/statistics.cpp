@@ -24,7 +24,7 @@ Schema step_schema(std::vector<Field> more) {
   std::vector<Field> fields{
       Field::needed("of", Schema::text(), "The final value of the step, with its unit."),
       Field::optional("from", Schema::text(),
-                      "The value before the step. Left out: that on the first judged tick.")};
+                      "The value before the step. Left out: that at the first judged instant.")};
   fields.insert(fields.end(), more.begin(), more.end());
   return Schema::record(std::move(fields));
 }
@@ -44,7 +44,7 @@ Schema statistics_schema(std::span<const config::BusSectionType> /*buses*/) {
           "settling_time",
           step_schema({Field::needed("within", share, "The share of the step within which it settles."),
                        Field::needed("at_most", config::duration_schema(config::min_duration_s),
-                                     "The longest time from the first judged tick.")}),
+                                     "The longest time from the first judged instant.")}),
           "The time from which on the signal stays near the final value of a step."),
   });
 }

@@ -1,15 +1,18 @@
 #pragma once
-// statistics: limits of figures of a signal over its ticks.
+// statistics: limits of figures of a signal. mean, rms and standard_deviation are those of its ticks, the others
+// those of its instants.
 //
 // mean, rms, standard_deviation  of the values of all ticks, each with the same weight (Welford's method);
 //                     the standard deviation has the divisor n.
 // smallest, largest   of the values.
 // overshoot           the largest excess over the final value `of`, away from `from`, as a share of the step
 //                     from `from` to `of` (Ogata: maximum percent overshoot).
-// settling_time       from the first judged tick to the first one from which on the signal stays within the
-//                     share `within` of the step around `of` (Ogata: settling time).
+// settling_time       from the first judged instant to the first one from which on the signal stays within
+//                     the share `within` of the step around `of` (Ogata: settling time).
 //
-// `from` is the value on the first judged tick when it is left out.
+// `from` is the value at the first judged instant when it is left out. A signal that was never within 10 % of
+// the step of `from` made no step, and one that did not reach 90 % of it after that can not overshoot; the
+// expectation is not checked then.
 //
 // The margin is that of the limit whose distance is the smallest share of the limit itself, in its unit.
 
@@ -52,6 +55,7 @@ struct Statistics {
 const char* key_of(Statistics::Figure figure);
 
 void check_claim(const Statistics& claim, const ClaimCheck& check);
+std::vector<signals::SignalId> judged_arrivals_of(const Statistics& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Statistics& claim, const signals::SignalTable& table);
 

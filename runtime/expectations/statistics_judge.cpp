@@ -43,7 +43,15 @@ double relative_margin(const FigureLimit& figure) {
 /// The step that an overshoot or a settling time belongs to, in the unit of the signal.
 struct StepChange {
   double to = 0.0, from = 0.0;
+  bool has_begun = false;    ///< the signal was within 10 % of the step of `from`
+  bool has_reached = false;  ///< and then reached 90 % of the step
+
   double size() const { return to - from; }
+  void note(double value) {
+    const double progress = (value - from) / size();  // NaN without a step
+    has_begun = has_begun || progress <= 0.1;
+    has_reached = has_reached || (has_begun && progress >= 0.9);
+  }
 };
 
 class StatisticsJudge final : public Judge {
@@ -55,7 +63,7 @@ class StatisticsJudge final : public Judge {
         unit_(context.table.info(signal_).unit),
         limit_kind_(limit_kind(context.table.info(signal_))),
         difference_(units::difference_unit(unit_)),
-        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage) {
+        coverage_({signal_}, context.table, context.arrivals, context.expectation) {
     if (claim.overshoot) overshoot_of_ = values_of(claim.overshoot->step);
     if (claim.settling) settling_of_ = values_of(claim.settling->step);
   }
@@ -66,22 +74,30 @@ class StatisticsJudge final : public Judge {
     const bool is_known = table.is_known(signal_) && !std::isnan(value);
     coverage_.check(table, instant, is_known);
     if (!is_known) return;
-    if (count_ == 0) begin(value, time_ns);
-    ++count_;
-    const double from_mean = value - mean_;
-    mean_ += from_mean / static_cast<double>(count_);
-    squares_ += from_mean * (value - mean_);
+    if (!has_begun_) begin(value, time_ns);
+    if (instant.is_tick) {
+      ++count_;
+      const double from_mean = value - mean_;
+      mean_ += from_mean / static_cast<double>(count_);
+      squares_ += from_mean * (value - mean_);
+    }
     if (value < smallest_) smallest_ = value, smallest_ns_ = time_ns;
     if (value > largest_) largest_ = value, largest_ns_ = time_ns;
     if (claim_.overshoot) {
       const double excess = (value - overshoot_of_.to) * (overshoot_of_.size() < 0.0 ? -1.0 : 1.0);
       if (excess > excess_) excess_ = excess, excess_ns_ = time_ns;
+      overshoot_of_.note(value);
     }
     if (!claim_.settling) return;
+    settling_of_.note(value);
     const double band = claim_.settling->within * std::abs(settling_of_.size());
     const bool is_outside = std::abs(value - settling_of_.to) > band;
     if (is_outside) settled_ns_.reset(), outside_ns_ = time_ns;
     if (!is_outside && !settled_ns_) settled_ns_ = time_ns;
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    coverage_.check_unplaced(table, instant, in_gap);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -113,7 +129,13 @@ class StatisticsJudge final : public Judge {
     } else if (!has_step) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and the signal begins at the final value, so there is no step";
-    } else if (claim_.overshoot && !reaches_step()) {
+    } else if ((claim_.overshoot && !overshoot_of_.has_begun) ||
+               (claim_.settling && !settling_of_.has_begun)) {
+      const StepChange& step = claim_.overshoot && !overshoot_of_.has_begun ? overshoot_of_ : settling_of_;
+      result.result = report::ExpectationResult::not_checked;
+      result.detail += ", and the signal was never within 10 % of the step of its begin at " +
+                       report::to_ascii(report::quantity_text(step.from, unit_)) + ", so it made no step";
+    } else if (claim_.overshoot && !overshoot_of_.has_reached) {
       result.result = report::ExpectationResult::not_checked;
       result.detail += ", and the signal did not reach 90 % of the step, so it can not overshoot";
     }
@@ -151,13 +173,14 @@ class StatisticsJudge final : public Judge {
     }
     return all;
   }
-  /// NaN: it begins at the value on the first tick.
+  /// NaN: it begins at the value at the first instant.
   StepChange values_of(const StepResponse& step) const {
     return {constant_value(step.of, limit_kind_, unit_), step.from
                                                              ? constant_value(*step.from, limit_kind_, unit_)
                                                              : std::numeric_limits<double>::quiet_NaN()};
   }
   void begin(double value, std::int64_t time_ns) noexcept {
+    has_begun_ = true;
     begin_ns_ = time_ns;
     for (StepChange* step : {&overshoot_of_, &settling_of_})
       if (std::isnan(step->from)) step->from = value;
@@ -178,7 +201,6 @@ class StatisticsJudge final : public Judge {
     }
     return largest_;
   }
-  bool reaches_step() const { return excess_ >= -0.1 * std::abs(overshoot_of_.size()); }
   double overshoot() const { return std::max(0.0, excess_) / std::abs(overshoot_of_.size()); }
   /// Of a signal that is outside at the end: at least to the end.
   std::int64_t settling_ns(const Extent& extent) const {
@@ -240,7 +262,8 @@ class StatisticsJudge final : public Judge {
   const units::DifferenceUnit difference_;
   Coverage coverage_;
   StepChange overshoot_of_, settling_of_;
-  std::uint64_t count_ = 0;
+  bool has_begun_ = false;             ///< there was an instant
+  std::uint64_t count_ = 0;            ///< of ticks
   double mean_ = 0.0, squares_ = 0.0;  ///< the sum of squared deviations from the mean
   double smallest_ = std::numeric_limits<double>::infinity();
   double largest_ = -std::numeric_limits<double>::infinity();
@@ -251,6 +274,10 @@ class StatisticsJudge final : public Judge {
 
 }  // namespace
 
+std::vector<signals::SignalId> judged_arrivals_of(const Statistics& claim,
+                                                  const signals::SignalTable& table) {
+  return {*table.find(claim.signal.text)};
+}
 std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context) {
   return std::make_unique<StatisticsJudge>(claim, context);
 }

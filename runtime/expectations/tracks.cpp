@@ -31,7 +31,7 @@ class TracksJudge final : public Judge {
         end_ns_(claim.reference->end_ns() - shift_ticks_ * period_ns_),
         at_least_(claim.at_least),
         reference_(*claim.reference),
-        coverage_({signal_}, context.table, context.arrivals, context.expectation.coverage),
+        coverage_({signal_}, context.table, context.arrivals, context.expectation),
         values_(static_cast<std::size_t>(2 * shift_ticks_ + 1)),
         fits_(values_.size()) {
     reference_.rewind();
@@ -39,17 +39,21 @@ class TracksJudge final : public Judge {
 
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     const std::int64_t time_ns = instant.time_ns;
-    advance(time_ns);
+    if (instant.is_tick) advance(time_ns);
     if (time_ns < begin_ns_ || time_ns > end_ns_) return;
     const double value = table.value(signal_);
     const bool is_known = table.is_known(signal_) && !std::isnan(value);
     coverage_.check(table, instant, is_known);
     if (!is_known) return;
-    if (!first_compared_ns_) first_compared_ns_ = time_ns;
-    last_compared_ns_ = time_ns;
+    if (instant.is_tick) {
+      if (!first_compared_ns_) first_compared_ns_ = time_ns;
+      last_compared_ns_ = time_ns;
+    }
     for (std::int64_t shift = -shift_ticks_; shift <= shift_ticks_; ++shift) {
       Fit& fit = fits_[static_cast<std::size_t>(shift + shift_ticks_)];
-      const double error = std::abs(value - values_[place_of(tick_ - shift)]);
+      const double expected = instant.is_tick ? values_[place_of(tick_ - shift)]
+                                              : reference_.value_at(time_ns - shift * period_ns_);
+      const double error = std::abs(value - expected);
       if (error > tolerance_ && !fit.first_failure_ns) fit.first_failure_ns = time_ns;
       if (error <= fit.worst_error) continue;
       fit.worst_error = error;
@@ -57,7 +61,13 @@ class TracksJudge final : public Judge {
     }
   }
   void skip(const signals::SignalTable& /*table*/, signals::Instant instant) noexcept override {
-    advance(instant.time_ns);
+    if (instant.is_tick) advance(instant.time_ns);
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool in_gap) noexcept override {
+    if (instant.is_tick) advance(instant.time_ns);
+    if (instant.time_ns >= begin_ns_ && instant.time_ns <= end_ns_)
+      coverage_.check_unplaced(table, instant, in_gap);
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -129,9 +139,10 @@ class TracksJudge final : public Judge {
       return time_ns <= 0 ? 0 : (time_ns + period_ns_ - 1) / period_ns_;
     };
     const std::int64_t begin = std::max(first_at(begin_ns_), first_at(extent.begin_ns));
-    const std::int64_t end = std::min(end_ns_ < 0 ? 0 : first_at(end_ns_ + 1),
-                                      first_at(extent.begin_ns) + static_cast<std::int64_t>(extent.ticks));
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, end - begin));
+    const std::int64_t end =
+        std::min(end_ns_ < 0 ? 0 : first_at(end_ns_ + 1),
+                 first_at(extent.begin_ns) + static_cast<std::int64_t>(extent.ticks - extent.ticks_before));
+    return static_cast<std::uint64_t>(std::max<std::int64_t>(0, end - begin)) + extent.ticks_before;
   }
   std::string text_of(double difference) const {
     return report::to_ascii(report::quantity_text(difference / difference_.factor, difference_.symbol));
@@ -223,6 +234,9 @@ void check_claim(const Tracks& claim, const ClaimCheck& check) {
   }
 }
 
+std::vector<signals::SignalId> judged_arrivals_of(const Tracks& claim, const signals::SignalTable& table) {
+  return {*table.find(claim.signal.text)};
+}
 std::unique_ptr<Judge> judge_of(const Tracks& claim, const JudgeContext& context) {
   return std::make_unique<TracksJudge>(claim, context);
 }

@@ -4,8 +4,8 @@
 // The reference at run time t is the file's value at t, linear between its rows, in the unit of the signal.
 // With `after_shift`, the signal is compared with the reference of t - s, for each constant shift s of at
 // most that time, a multiple of the base period. The one with the smallest greatest error counts, of equal
-// ones the shortest. Positive: the signal is later than the reference. Only ticks at which the reference has
-// a value for all shifts are judged.
+// ones the shortest. Positive: the signal is later than the reference. Only instants at which the reference
+// has a value for all shifts are judged; `at_least` and the coverage count the ticks among them.
 //
 // The margin is the tolerance less the greatest error, in the unit of the signal (of a temperature in K).
 
@@ -30,6 +30,7 @@ struct Tracks {
 };
 
 void check_claim(const Tracks& claim, const ClaimCheck& check);
+std::vector<signals::SignalId> judged_arrivals_of(const Tracks& claim, const signals::SignalTable& table);
 std::unique_ptr<Judge> judge_of(const Tracks& claim, const JudgeContext& context);
 PlotContent plot_content_of(const Tracks& claim, const signals::SignalTable& table);
 

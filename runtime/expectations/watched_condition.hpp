@@ -39,6 +39,7 @@ class WatchedCondition {
   /// Whether the condition became true in the latest call of truth(): it is true, and was last known to be
   /// false, or was never known.
   bool became_true() const noexcept { return became_true_; }
+  bool was_known() const noexcept { return last_known_ != Truth::unknown; }
   const std::string& text() const noexcept { return text_; }
   const std::vector<signals::SignalId>& signals() const noexcept { return expression_->signals(); }
 

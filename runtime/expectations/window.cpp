@@ -24,10 +24,17 @@ class WindowedJudge final : public Judge {
 
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
     move_to(table, instant);
-    if (is_open_)
+    if (doubt_ != nullptr) {
+      judge_->check_unplaced(table, instant, doubt_->was_known());
+      if (instant.is_tick && !opened_ns_) ++unplaced_ticks_before_;
+    } else if (is_open_)
       judge_->check(table, instant);
     else
       judge_->skip(table, instant);
+  }
+  void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
+                      bool /*in_gap*/) noexcept override {
+    check(table, instant);
   }
 
   bool judged_in_last_check() const noexcept override { return is_open_ && judge_->judged_in_last_check(); }
@@ -55,13 +62,16 @@ class WindowedJudge final : public Judge {
  private:
   void move_to(const signals::SignalTable& table, signals::Instant instant) noexcept {
     const std::int64_t time_ns = instant.time_ns;
-    const bool starts = !after_ || after_->truth(table, instant) == Truth::yes;
-    const bool ends = until_ && until_->truth(table, instant) == Truth::yes;
+    const Truth after = after_ ? after_->truth(table, instant) : Truth::yes;
+    const Truth until = until_ ? until_->truth(table, instant) : Truth::no;
     const bool was_open = opened_ns_.has_value();
     const bool is_past = to_ns_ && time_ns > *to_ns_;
-    if (!was_open && starts && time_ns >= from_ns_ && !is_past) opened_ns_ = time_ns;
-    if (opened_ns_ && !closed_ns_ && (is_past || (was_open && ends))) closed_ns_ = time_ns;
+    if (!was_open && after == Truth::yes && time_ns >= from_ns_ && !is_past) opened_ns_ = time_ns;
+    if (opened_ns_ && !closed_ns_ && (is_past || (was_open && until == Truth::yes))) closed_ns_ = time_ns;
     is_open_ = opened_ns_ && !closed_ns_;
+    doubt_ = nullptr;
+    if (is_open_ && was_open && until == Truth::unknown) doubt_ = &*until_;
+    if (!opened_ns_ && after == Truth::unknown && time_ns >= from_ns_ && !is_past) doubt_ = &*after_;
   }
   static expression::CompileOptions with_seed(const JudgeContext& context, std::uint64_t number) {
     return {.period_ns = context.options.period_ns, .seed = context.options.seed ^ (number << 32)};
@@ -88,9 +98,10 @@ class WindowedJudge final : public Judge {
     if (closed_ns_) end = std::min(end, ticks_before(*closed_ns_));
     const std::uint64_t begin = ticks_before(*opened_ns_);
     return {.end_ns = end_of_window(extent.end_ns),
-            .ticks = end - std::min(begin, end),
+            .ticks = end - std::min(begin, end) + unplaced_ticks_before_,
             .period_ns = extent.period_ns,
-            .begin_ns = *opened_ns_};
+            .begin_ns = *opened_ns_,
+            .ticks_before = unplaced_ticks_before_};
   }
 
   const std::unique_ptr<Judge> judge_;
@@ -99,7 +110,9 @@ class WindowedJudge final : public Judge {
   const std::optional<std::int64_t> to_ns_;
   std::optional<WatchedCondition> after_, until_;
   std::optional<std::int64_t> opened_ns_, closed_ns_;
-  bool is_open_ = false;  ///< at the last instant
+  bool is_open_ = false;                     ///< at the last instant
+  const WatchedCondition* doubt_ = nullptr;  ///< its unknown truth decides whether the last instant is inside
+  std::uint64_t unplaced_ticks_before_ = 0;  ///< the ticks with a doubt before the window opened
 };
 
 }  // namespace

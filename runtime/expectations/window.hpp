@@ -2,8 +2,10 @@
 // The window of an expectation: another judge sees only the instants of the window.
 //
 // The window opens at the first instant at `from` or later at which `after` is true. It is closed for good
-// from the first instant after `to`, or from the first later instant at which `until` is true. A condition
-// that is unknown neither opens nor closes it. An expectation whose window did not open is not checked.
+// from the first instant after `to`, or from the first later instant at which `until` is true. While the
+// condition that could open or close it is unknown, nobody knows whether an instant is in it
+// (Judge::check_unplaced); where the condition is known to be false again, the window is as it was. An
+// expectation whose window did not open is not checked.
 //
 // Threads: as Judge.
 

@@ -255,13 +255,18 @@ double held(const Call& c) noexcept {
   return is_unknown ? unknown : c.state[1];
 }
 
-/// state[1]: whether it is true; state[2]: the run time at which it became true.
+/// After a gap a lower bound, until the condition is known to be false. state[1]: whether it is true;
+/// state[2]: the run time at which it became true, or was known again; state[3]: whether it may have been true
+/// before.
 double time_true(const Call& c) noexcept {
   const double now = c.arguments[0];
+  note_known(c.state[0], now);
   if (!is_true(now)) {
     c.state[1] = 0.0;
+    c.state[3] = std::isnan(now) ? c.state[0] : 0.0;
     return std::isnan(now) ? unknown : 0.0;
   }
+  c.is_lower_bound = c.state[3] != 0.0;
   if (c.state[1] == 0.0) c.state[2] = c.time_s;
   c.state[1] = 1.0;
   return std::round((c.time_s - c.state[2]) * 1e9) / 1e9;  // times are whole nanoseconds
@@ -279,24 +284,25 @@ double integral(const Call& c) noexcept {
   return std::isnan(x) ? unknown : c.state[1];
 }
 
-/// The change per second from one written value to the next. state[0] to state[3]: whether there was one, the
-/// newest value, the time at which it was written, and the latest slope.
+/// The change per second from one instant at which all signals of x are written since the last one to the
+/// next. state[0] to state[3]: whether there was one, the value there, the time at which its newest signal was
+/// written, and the latest slope.
 double slope(const Call& c, double x, std::span<double> state) noexcept {
   if (std::isnan(x)) return unknown;
-  if (!c.written_s) {
+  if (!c.written) {
     const double change = note_known(state[0], x) ? 0.0 : x - state[1];
     state[1] = x;
     return change / c.constants.period_s;
   }
   if (note_known(state[0], x)) {
     state[3] = unknown;
-  } else if (*c.written_s > state[2]) {
-    state[3] = (x - state[1]) / (*c.written_s - state[2]);
+  } else if (c.written->oldest_s > state[2] && c.written->newest_s > state[2]) {
+    state[3] = (x - state[1]) / (c.written->newest_s - state[2]);
   } else {
     return state[3];
   }
   state[1] = x;
-  state[2] = *c.written_s;
+  state[2] = c.written->newest_s;
   return state[3];
 }
 double derivative(const Call& c) noexcept {
@@ -516,7 +522,8 @@ constexpr Function table[] = {
      .about = "x of the last step in which `when` was true, or of its first step."},
     {.name = "duration",
      .signature = "t:s",
-     .state_size = 3,
+     .state_size = 4,
+     .may_be_lower_bound = true,
      .value = time_true,
      .arguments = "condition",
      .about = "How long the condition has been true; 0 while it is false."},
@@ -532,7 +539,7 @@ constexpr Function table[] = {
      .follows_writes = true,
      .value = derivative,
      .arguments = "x",
-     .about = "The change of x from one value to the next, over the time between them."},
+     .about = "The change of x from one written value to the next, over the time between them."},
     {.name = "pid",
      .signature = "pid",
      .state_size = 6,

@@ -4,6 +4,7 @@
 // Threads: constant data and pure functions, but for the state that they are given.
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -16,6 +17,13 @@ struct FunctionConstants {
   std::uint64_t seed = 0;  ///< of this call
 };
 
+/// Run times at which the signals of a value were written: the newest and the oldest of them. Of a constant
+/// the newest is far in the past, and the oldest far in the future.
+struct WriteTimes {
+  double newest_s = std::numeric_limits<double>::lowest();
+  double oldest_s = std::numeric_limits<double>::max();
+};
+
 /// A call in a step. `state`: of this call; all zero before the first step.
 struct Call {
   std::span<const double> arguments;  ///< in the SI; truths as 1, 0 or NaN
@@ -23,8 +31,8 @@ struct Call {
   FunctionConstants constants;
   double time_s = 0.0;
   double elapsed_s = 0.0;  ///< since the step before; 0 in the first step
-  /// Run time at which the value of the first argument was written; empty: in each step.
-  std::optional<double> written_s{};
+  /// Of the first argument; empty: each step writes all signals.
+  std::optional<WriteTimes> written{};
   /// Gets whether the result is only a lower bound, since a part of the past is unknown.
   bool& is_lower_bound;
 };

@@ -13,6 +13,10 @@ namespace {
 
 constexpr double unknown_value = std::numeric_limits<double>::quiet_NaN();
 
+WriteTimes joined(const WriteTimes& a, const WriteTimes& b) {
+  return {.newest_s = std::max(a.newest_s, b.newest_s), .oldest_s = std::min(a.oldest_s, b.oldest_s)};
+}
+
 /// `decisive`: the value of either operand that decides the result.
 double joined(double a, double b, double decisive) {
   if (a == decisive || b == decisive) return decisive;
@@ -69,7 +73,7 @@ AnyOperand* Program::operate(config::Expression::Operation operation, AnyOperand
     --top;
     top[-1].value = function(exact(top[-1]), exact(top[0]));
     if constexpr (!is_plain) {
-      top[-1].written_s = std::max(top[-1].written_s, top[0].written_s);
+      top[-1].written = joined(top[-1].written, top[0].written);
       top[-1].is_lower_bound = false;
     }
   };
@@ -142,8 +146,12 @@ AnyOperand* Program::operate(config::Expression::Operation operation, AnyOperand
         top[-1] = {.value = unknown_value};
       else
         top[-1] = condition.value != 0.0 ? yes : no;
-      if constexpr (!is_plain)
-        top[-1].written_s = std::max({condition.written_s, yes.written_s, no.written_s});
+      if constexpr (!is_plain) {
+        // The value is that of one branch, so only its signals have to be written anew.
+        top[-1].written = {
+            .newest_s = std::max({condition.written.newest_s, yes.written.newest_s, no.written.newest_s}),
+            .oldest_s = condition.value == 0.0 ? no.written.oldest_s : yes.written.oldest_s};
+      }
       break;
     }
     case Operation::number:
@@ -172,10 +180,10 @@ AnyOperand Program::call(const Instruction& instruction, std::span<const AnyOper
     else
       return last;
   }
-  Operand result{.written_s = std::numeric_limits<double>::lowest()};
+  Operand result;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     arguments_[i] = exact(arguments[i]);
-    if constexpr (!is_plain) result.written_s = std::max(result.written_s, arguments[i].written_s);
+    if constexpr (!is_plain) result.written = joined(result.written, arguments[i].written);
   }
   Call call{.arguments = std::span(arguments_).first(arguments.size()),
             .state = std::span(state_).subspan(instruction.first_state, instruction.state_size),
@@ -184,11 +192,11 @@ AnyOperand Program::call(const Instruction& instruction, std::span<const AnyOper
             .elapsed_s = elapsed_s,
             .is_lower_bound = result.is_lower_bound};
   if constexpr (!is_plain) {
-    if (at.written_s) call.written_s = arguments[0].written_s;
+    if (at.written) call.written = arguments[0].written;
   }
   result.value = function.value(call);
   if (has_state) {
-    if (!function.follows_writes) result.written_s = at.time_s;
+    if (!function.follows_writes) result.written = {.newest_s = at.time_s, .oldest_s = at.time_s};
     last_results_[instruction.last_result] = result;
   }
   if constexpr (is_plain)
@@ -198,23 +206,23 @@ AnyOperand Program::call(const Instruction& instruction, std::span<const AnyOper
 }
 
 double Program::run(std::span<const double> values, const EvaluationTime& at, MemoryMode mode) noexcept {
-  return at.written_s || may_have_lower_bound_ ? run_on(stack_, values, at, mode)
-                                               : run_on(plain_stack_, values, at, mode);
+  return at.written || may_have_lower_bound_ ? run_on(stack_, values, at, mode)
+                                             : run_on(plain_stack_, values, at, mode);
 }
 
 template <class AnyOperand>
 double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> values,
                        const EvaluationTime& at, MemoryMode mode) noexcept {
   constexpr bool is_plain = std::is_same_v<AnyOperand, PlainOperand>;
-  const auto operand = [](double value, [[maybe_unused]] double written_s) {
+  const auto operand = [](double value, [[maybe_unused]] const WriteTimes& written) {
     if constexpr (is_plain)
       return PlainOperand{.value = value};
     else
-      return Operand{.value = value, .written_s = written_s};
+      return Operand{.value = value, .written = written};
   };
   config::require(!instructions_.empty(), "a program made by Program::compile");
   config::require(values.size() >= min_values_, "a value for each variable of the expression");
-  constexpr double never_s = std::numeric_limits<double>::lowest();
+  const WriteTimes now{.newest_s = at.time_s, .oldest_s = at.time_s};
   double elapsed_s = 0.0;
   if (mode == MemoryMode::advance || mode == MemoryMode::advance_except_per_tick) {
     // Times are whole nanoseconds.
@@ -225,14 +233,14 @@ double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> v
   for (const Instruction& instruction : instructions_) {
     switch (instruction.code) {
       case Code::number:
-        *top++ = operand(instruction.number, never_s);
+        *top++ = operand(instruction.number, WriteTimes{});
         break;
       case Code::variable:
         *top++ = operand(instruction.conversion.of(values[instruction.index]),
-                         at.written_s ? (*at.written_s)[instruction.index] : at.time_s);
+                         at.written ? (*at.written)[instruction.index] : now);
         break;
       case Code::time:
-        *top++ = operand(at.time_s, at.time_s);
+        *top++ = operand(at.time_s, now);
         break;
       case Code::operation:
         top = operate(instruction.operation, top);
@@ -261,7 +269,7 @@ double Program::run_on(std::vector<AnyOperand>& stack, std::span<const double> v
         top[0].value = is_curve ? instruction.table->at(exact(top[0]))
                                 : instruction.table->at(exact(top[0]), exact(top[1]));
         if constexpr (!is_plain) {
-          if (!is_curve) top[0].written_s = std::max(top[0].written_s, top[1].written_s);
+          if (!is_curve) top[0].written = joined(top[0].written, top[1].written);
           top[0].is_lower_bound = false;
         }
         ++top;

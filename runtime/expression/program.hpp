@@ -91,8 +91,8 @@ struct CompileOptions {
 /// When a program is evaluated, and the run times at which the values of its variables were written.
 struct EvaluationTime {
   double time_s = 0.0;
-  /// By Variable::index, as many as `values`, in seconds of run time; empty: each step writes all of them.
-  std::optional<std::span<const double>> written_s{};
+  /// By Variable::index, as many as `values`; empty: each step writes all of them.
+  std::optional<std::span<const WriteTimes>> written{};
   bool is_tick = true;  ///< false: a frame between two ticks
 };
 
@@ -116,9 +116,8 @@ class Program {
   double value_in_all_steps(std::span<const double> values) noexcept;
   /// As before the first step.
   void reset() noexcept;
-  /// Run time (s) of the newest written value on which the result of the last evaluate() depends. Valid only
-  /// if its time had written_s.
-  double written_s() const noexcept { return stack_.front().written_s; }
+  /// Of the signals on which the result of the last evaluate() depends. Valid only if its time had `written`.
+  const WriteTimes& written() const noexcept { return stack_.front().written; }
 
   /// Unit of the results of evaluate(); "" of plain numbers and truths.
   const std::string& unit() const noexcept { return unit_; }
@@ -157,7 +156,7 @@ class Program {
   };
   struct Operand {
     double value = 0.0;
-    double written_s = 0.0;       ///< run time at which the newest value that it depends on was written
+    WriteTimes written{};         ///< of the signals that it depends on
     bool is_lower_bound = false;  ///< the value is at least this
   };
   /// What an evaluation does with functions with a state.

@@ -75,8 +75,13 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
 void RunVariables::update(Variable& variable, signals::SignalTable& table,
                           signals::Instant instant) noexcept {
   const double value = variable.expression.evaluate(table, instant, signals::Unpublished::unknown);
-  const std::int64_t written_ns = variable.expression.written_ns();
-  table.write(variable.signal, value, std::clamp(written_ns, std::int64_t{0}, instant.time_ns));
+  const std::int64_t written_ns =
+      std::clamp(variable.expression.newest_ns(), std::int64_t{0}, instant.time_ns);
+  table.write(variable.signal,
+              signals::SignalValue{.value = value,
+                                   .time_ns = written_ns,
+                                   .fresh = true,
+                                   .spread_ns = written_ns - variable.expression.oldest_ns()});
 }
 
 void RunVariables::update(signals::SignalTable& table, std::int64_t time_ns) noexcept {

@@ -258,12 +258,16 @@ std::vector<FaultyBus> faulty_buses(const Wiring& wiring) {
 /// whose signals it may name. A fault of a signal that nobody reads is a mistake.
 void check_expectations(Wiring& wiring, const KnownSignals& known, Diagnostics& diagnostics) {
   const config::Scenario& scenario = *wiring.scenario;
+  const expectations::ClaimCheck check{.known = known,
+                                       .period_ns = scenario.base_period_ns,
+                                       .duration_ns = scenario.duration_ns,
+                                       .diagnostics = diagnostics,
+                                       .variables = scenario.variables};
+  for (const config::VariableSection& variable : scenario.variables)
+    if (variable.expression && known.table().find(variable.name.text)) check.times(*variable.expression);
   for (const config::Expectation& expectation : scenario.expectations) {
     const std::size_t before = diagnostics.count();
-    expectations::check_expectation(expectation, {.known = known,
-                                                  .period_ns = scenario.base_period_ns,
-                                                  .duration_ns = scenario.duration_ns,
-                                                  .diagnostics = diagnostics});
+    expectations::check_expectation(expectation, check);
     if (diagnostics.count() != before || known.has_undeclared()) continue;
     wiring.faults.add_reading_expectation(
         expectation.name, expectations::signals_read(expectation, wiring.signals), wiring.signals);

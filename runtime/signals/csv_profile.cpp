@@ -1,5 +1,6 @@
 #include "runtime/signals/csv_profile.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -70,11 +71,20 @@ std::optional<CsvProfile> CsvProfile::read(const std::string& path, const Place&
 double CsvProfile::at(std::int64_t time_ns) noexcept {
   while (next_ < times_ns_.size() && times_ns_[next_] <= time_ns)
     ++next_;
-  if (next_ == 0) return values_.front();
-  if (next_ == times_ns_.size() || !is_linear_) return values_[next_ - 1];
-  const double share = static_cast<double>(time_ns - times_ns_[next_ - 1]) /
-                       static_cast<double>(times_ns_[next_] - times_ns_[next_ - 1]);
-  return values_[next_ - 1] + share * (values_[next_] - values_[next_ - 1]);
+  return value_before(next_, time_ns);
+}
+
+double CsvProfile::value_at(std::int64_t time_ns) const noexcept {
+  const auto next = std::ranges::upper_bound(times_ns_, time_ns);
+  return value_before(static_cast<std::size_t>(next - times_ns_.begin()), time_ns);
+}
+
+double CsvProfile::value_before(std::size_t next, std::int64_t time_ns) const noexcept {
+  if (next == 0) return values_.front();
+  if (next == times_ns_.size() || !is_linear_) return values_[next - 1];
+  const double share = static_cast<double>(time_ns - times_ns_[next - 1]) /
+                       static_cast<double>(times_ns_[next] - times_ns_[next - 1]);
+  return values_[next - 1] + share * (values_[next] - values_[next - 1]);
 }
 
 }  // namespace hil::signals

@@ -4,8 +4,8 @@
 // The first row has the names of the columns, one of them "time" or "time_s" (seconds). Times are strictly
 // increasing. The form of the file is that of config/csv_reader.hpp.
 //
-// Threads: read on the one that reads or wires the scenario; at() on the base thread, without allocation, for
-// non-decreasing times.
+// Threads: read on the one that reads or wires the scenario; at() and value_at() on the base thread, without
+// allocation; at() for non-decreasing times.
 
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +29,8 @@ class CsvProfile {
 
   /// Before the first row that of the first, after the last that of the last.
   double at(std::int64_t time_ns) noexcept;
+  /// The same at any time, by a search.
+  double value_at(std::int64_t time_ns) const noexcept;
   void rewind() noexcept { next_ = 0; }
   std::int64_t begin_ns() const noexcept { return times_ns_.front(); }
   std::int64_t end_ns() const noexcept { return times_ns_.back(); }
@@ -36,6 +38,9 @@ class CsvProfile {
   const config::Place& begin_place() const noexcept { return begin_place_; }
 
  private:
+  /// `next`: the first row after the time.
+  double value_before(std::size_t next, std::int64_t time_ns) const noexcept;
+
   std::vector<std::int64_t> times_ns_;
   std::vector<double> values_;
   config::Place begin_place_;

@@ -53,8 +53,8 @@ std::optional<SignalExpression> SignalExpression::compile(const config::Expressi
 double SignalExpression::evaluate(const SignalTable& table, Instant instant,
                                   Unpublished unpublished) noexcept {
   const double time_s = static_cast<double>(instant.time_ns) / 1e9;
-  sample(table, signals_, unpublished, time_s, values_, written_s_);
-  return program_.evaluate(values_, {.time_s = time_s, .written_s = written_s_, .is_tick = instant.is_tick});
+  sample(table, signals_, unpublished, time_s, values_, written_);
+  return program_.evaluate(values_, {.time_s = time_s, .written = written_, .is_tick = instant.is_tick});
 }
 
 double SignalExpression::value_in_all_steps(const KnownSignals* known) noexcept {
@@ -65,9 +65,9 @@ double SignalExpression::value_in_all_steps(const KnownSignals* known) noexcept 
   return program_.value_in_all_steps(values_);
 }
 
-std::int64_t SignalExpression::written_ns() const noexcept {
-  constexpr double max_time_s = 9e9;  // std::int64_t holds 9.2e18 ns
-  return std::llround(std::clamp(program_.written_s(), -max_time_s, max_time_s) * 1e9);
+std::int64_t SignalExpression::nanoseconds(double time_s) noexcept {
+  constexpr double max_time_s = 4e9;  // std::int64_t holds the difference of two, 8e18 ns
+  return std::llround(std::clamp(time_s, -max_time_s, max_time_s) * 1e9);
 }
 
 std::vector<SignalId> signals_in(const config::Expression& expression, const SignalTable& table) {

@@ -42,8 +42,10 @@ class SignalExpression {
   /// The result in every step (Program::value_in_all_steps), where the signals of `known` with a constant
   /// value have it. Null: none has one.
   double value_in_all_steps(const KnownSignals* known) noexcept;
-  /// Run time of the newest written value on which the latest result depends.
-  std::int64_t written_ns() const noexcept;
+  /// Run times of the newest and the oldest written value on which the latest result depends: 4e18 ns
+  /// in the past and the future of a constant.
+  std::int64_t newest_ns() const noexcept { return nanoseconds(program_.written().newest_s); }
+  std::int64_t oldest_ns() const noexcept { return nanoseconds(program_.written().oldest_s); }
 
   /// Compiled with known signals: its value where that is the same in each step.
   std::optional<double> constant() const noexcept { return constant_; }
@@ -63,11 +65,13 @@ class SignalExpression {
       : program_(std::move(program)),
         signals_(std::move(signals)),
         values_(signals_.size()),
-        written_s_(signals_.size()) {}
+        written_(signals_.size()) {}
+  static std::int64_t nanoseconds(double time_s) noexcept;
 
   expression::Program program_;
   std::vector<SignalId> signals_;
-  std::vector<double> values_, written_s_;
+  std::vector<double> values_;
+  std::vector<expression::WriteTimes> written_;
   std::optional<double> constant_;
 };
 

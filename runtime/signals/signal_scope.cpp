@@ -34,13 +34,16 @@ bool SignalScope::is_broken(std::string_view name) const {
 }
 
 void sample(const SignalTable& table, std::span<const SignalId> signals, Unpublished unpublished,
-            double time_s, std::span<double> values, std::span<double> written_s) noexcept {
+            double time_s, std::span<double> values, std::span<expression::WriteTimes> written) noexcept {
   for (std::size_t i = 0; i < signals.size(); ++i) {
     const bool is_known =
         unpublished == Unpublished::unknown ? table.is_known(signals[i]) : table.is_readable(signals[i]);
     const SignalValue& signal = table.read(signals[i]);
     values[i] = is_known ? signal.value : std::numeric_limits<double>::quiet_NaN();
-    written_s[i] = std::isnan(values[i]) ? time_s : static_cast<double>(signal.time_ns) / 1e9;
+    written[i] = {.newest_s = time_s, .oldest_s = time_s};
+    if (std::isnan(values[i])) continue;
+    written[i].newest_s = static_cast<double>(signal.time_ns) / 1e9;
+    written[i].oldest_s = static_cast<double>(signal.time_ns - signal.spread_ns) / 1e9;
   }
 }
 

@@ -46,9 +46,9 @@ struct Instant {
   bool is_tick = true;  ///< false: a frame that came before the tick
 };
 
-/// Writes the values of the signals, and the run times at which they were written, in seconds. A signal that
-/// is not known has the value NaN, written at `time_s`. All spans have one size.
+/// Writes the values of the signals, and the run times at which they were written. A signal that is not known
+/// has the value NaN, written at `time_s`. All spans have one size.
 void sample(const SignalTable& table, std::span<const SignalId> signals, Unpublished unpublished,
-            double time_s, std::span<double> values, std::span<double> written_s) noexcept;
+            double time_s, std::span<double> values, std::span<expression::WriteTimes> written) noexcept;
 
 }  // namespace hil::signals

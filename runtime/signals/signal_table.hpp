@@ -47,6 +47,9 @@ struct SignalValue {
   double value = 0.0;
   std::int64_t time_ns = std::numeric_limits<std::int64_t>::min();
   bool fresh = false;
+  /// Of a variable: time_ns less the time at which the oldest of its signals was written; of a constant far
+  /// below 0.
+  std::int64_t spread_ns = 0;
 };
 
 /// Keeps something in step with a signal.

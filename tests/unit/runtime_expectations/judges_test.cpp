@@ -5,12 +5,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "runtime/expectations/statistics.hpp"
+#include "runtime/expectations/tracks.hpp"
 #include "runtime/signals/signal_expression.hpp"
 #include "tests/support/allocation_guard.hpp"
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/runtime_expectations/arriving_device.hpp"
 #include "tests/unit/runtime_expectations/judged_signals.hpp"
 
@@ -252,6 +256,35 @@ TEST_F(FramesAsInstants, BeginAnyNumberOfReactionsInATick) {
   EXPECT_NE(result("reaction").detail.find("50 of 50 reactions in time"), std::string::npos)
       << result("reaction").detail;
   EXPECT_EQ(result_times("reaction").size(), 50U);
+}
+
+TEST_F(FramesAsInstants, AreSeenByStatisticsAndCurves) {
+  const tests::TemporaryFolder folder;
+  config::Diagnostics diagnostics;
+  auto profile = signals::CsvProfile::read(folder.write("r.csv", "time,level\n0,5\n9,5\n"), {}, {"", {}},
+                                           true, diagnostics);
+  ASSERT_TRUE(profile) << diagnostics.to_text();
+  Statistics largest{.signal = {"can.car.Status.Level", {}}, .limits = {}, .overshoot = {}, .settling = {}};
+  largest.limits[Statistics::largest].max = condition("6");
+  expect_that("largest", largest);
+  expect_that("tracks", Tracks{.signal = {"can.car.Status.Level", {}},
+                               .reference = std::make_shared<const signals::CsvProfile>(std::move(*profile)),
+                               .reference_place = {},
+                               .tolerance = condition("1"),
+                               .max_shift_ns = 0,
+                               .at_least = 2});
+  frame(0, 5, 0);
+  tick();
+  frame(0, 5, 1 * ms);
+  frame(0, 99, 4 * ms);
+  frame(0, 5, 7 * ms);
+  tick();
+  tick();
+  for (const char* name : {"largest", "tracks"}) {
+    EXPECT_EQ(result(name).result, Result::failed) << result(name).detail;
+    EXPECT_EQ(result(name).first_failure_ns, 4 * ms);
+    EXPECT_EQ(result(name).evaluated_ticks, 3U);
+  }
 }
 
 TEST_F(FramesAsInstants, MayAllBeRequestsOfATick) {

@@ -88,6 +88,44 @@ TEST_F(ExpectationMistakes, OfTimesThatNothingCanBeLateFor) {
   });
 }
 
+TEST_F(ExpectationMistakes, OfTimesOfFunctionsAsLongAsTheRun) {
+  expect_mistakes({
+      {"never: duration(tank.level > 5 m) > 10 s",
+       "'duration' is compared with 10 s, which is as long as the run of 10 s or longer"},
+      {"always: 2 * 1 h >= duration(tank.level > 5 m)", "'duration' is compared with 7200 s"},
+      {"eventually: tank.level > 2 m or duration(tank.level > 5 m) >= 11 s - 500 ms",
+       "'duration' is compared with 10500 ms"},
+      {"count: {of: duration(tank.level > 5 m) == 12 s, max: 3}", "'duration' is compared with 12 s"},
+      {"never: tank.level > 5 m, after: duration(tank.level > 5 m) > 13", "'duration' is compared with 13 s"},
+      {"never: 'delay(tank.level, 14 s) > 5 m'", "'delay' has a value of before 14 s"},
+      {"never: 'abs(delay(tank.level, 10 s, 0 m)) > 5 m'", "'delay' has a value of before 10 s"},
+  });
+  for (const char* entry :
+       {"never: duration(tank.level > 5 m) > 9999 ms", "never: duration(tank.level > 5 m) < 9 s",
+        "never: 'delay(tank.level, 9999 ms) > 5 m'", "never: tank.level > 50 m and time < 20 s",
+        "never: duration(tank.level > 5 m) * 3 > 20 s"}) {
+    diagnostics_ = {};
+    EXPECT_TRUE(wired(scenario + "  - {name: a, " + entry + "}\n")) << entry << diagnostics_.to_text();
+  }
+  diagnostics_ = {};
+  EXPECT_TRUE(wired(scenario + "  - {name: a, never: duration(tank.level > 5 m) > limit}\n"
+                               "  - {name: b, never: duration(tank.level > 5 m) > limit / 2}\n"
+                               "variables: {limit: 12 s}\n"))
+      << diagnostics_.to_text();
+  ASSERT_EQ(diagnostics_.warnings().size(), 1U);
+  EXPECT_NE(diagnostics_.warnings()[0].message.find("compared with 12 s"), std::string::npos);
+  for (const auto& [variables, words] :
+       {std::pair{"{d: other, other: duration(tank.level > 5 m)}", "'duration' is compared with 15 s"},
+        {"{d: 'delay(tank.level, 10 s) / 1 m * 1 s'}", "'delay' has a value of before 10 s"},
+        {"{d: 'if duration(tank.level > 5 m) > 11 s then 1 s else 2 s'}",
+         "'duration' is compared with 11 s"}}) {
+    diagnostics_ = {};
+    EXPECT_FALSE(wired(scenario + "  - {name: a, never: d > 15 s}\nvariables: " + variables + "\n"));
+    EXPECT_EQ(diagnostics_.count(), 1U) << diagnostics_.to_text();
+    EXPECT_NE(diagnostics_.to_text().find(words), std::string::npos) << diagnostics_.to_text();
+  }
+}
+
 TEST_F(ExpectationMistakes, AreWarningsWhereOnlyAVariableMakesThemSo) {
   EXPECT_TRUE(wired(scenario + "  - {name: off, always: installed == 0 or tank.level > 5 m}\n"
                                "  - {name: by others, never: low and tank.level > 5 m}\n"

@@ -4,7 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <limits>
+#include <random>
 #include <vector>
 
 #include "tests/support/allocation_guard.hpp"
@@ -211,6 +214,75 @@ TEST_F(Occurrences, MarginOfAReactionCountsLateOnes) {
   tick(*judge, 0, 9);
   result = expect_now(*judge, Result::failed);
   EXPECT_DOUBLE_EQ(result.margin, -0.002) << "it came 5 ms later";
+}
+
+TEST_F(Occurrences, GapInALongReactionIsNotJudged) {
+  Reaction claim = reaction(5 * ms);
+  claim.hold_ns = 50 * ms;
+  const auto judge = this->judge(claim);
+  for (int i = 0; i < 100; ++i)
+    tick(*judge, i < 10 ? 0 : 1, i >= 30 && i < 32 ? unknown_speed : 9);
+  expect_now(*judge, Result::not_checked, {"0 of 0 reactions", "1 not judged, since 'then' was unknown"});
+}
+
+TEST_F(Occurrences, GapThatCouldNotMakeItLongEnoughIsNoExcuse) {
+  Reaction claim = reaction(5 * ms);
+  claim.hold_ns = 50 * ms;
+  const auto judge = this->judge(claim);
+  for (int i = 0; i < 100; ++i)
+    tick(*judge, i < 10 ? 0 : 1, i >= 30 && i < 32 ? unknown_speed : i < 32 ? 9 : 0);
+  expect_now(*judge, Result::failed, {"1 too short", "stayed true for 19 ms instead of 50 ms"});
+}
+
+/// A verdict on reactions is that of every possible `then`.
+TEST_F(Occurrences, VerdictsHoldForEveryPossibleThen) {
+  std::mt19937 random(11);
+  std::array<int, 3> verdicts{};
+  for (int variant = 0; variant < 6000; ++variant) {
+    Reaction claim = reaction(static_cast<std::int64_t>(1 + random() % 4) * ms);
+    claim.hold_ns = static_cast<std::int64_t>(random() % 5) * ms;
+    constexpr int length = 24;
+    const auto begin = static_cast<int>(random() % 4);
+    std::vector<double> speeds(length);
+    std::vector<std::size_t> gaps;
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      const auto draw = random() % 10;
+      speeds[i] = draw < 2 && gaps.size() < 5 ? unknown_speed : draw < 7 ? 9 : 0;
+      if (draw < 2 && std::isnan(speeds[i])) gaps.push_back(i);
+    }
+    const auto run = [&](const std::vector<double>& all) {
+      config::Expectation expectation{.name = "claim", .place = {}, .claim = claim_of(claim)};
+      expectation.coverage = 0.0;
+      const auto judge = judge_of_expectation(expectation);
+      time_ns_ = 0;
+      for (int i = 0; i < length; ++i)
+        tick(*judge, i < begin ? 0 : 1, all[static_cast<std::size_t>(i)]);
+      return judge->result(until(time_ns_, length));
+    };
+    const auto found = run(speeds);
+    ++verdicts[static_cast<std::size_t>(found.result)];
+    int held = 0, failed = 0;
+    for (unsigned choice = 0; choice < 1U << gaps.size(); ++choice) {
+      std::vector<double> possible = speeds;
+      for (std::size_t k = 0; k < gaps.size(); ++k)
+        possible[gaps[k]] = (choice >> k & 1U) != 0 ? 9 : 0;
+      const auto result = run(possible).result;
+      held += result == Result::held ? 1 : 0;
+      failed += result == Result::failed ? 1 : 0;
+      ASSERT_NE(result, Result::not_checked);
+    }
+    if (found.result == Result::held) {
+      ASSERT_EQ(failed, 0) << "variant " << variant;
+    }
+    if (found.result == Result::failed) {
+      ASSERT_EQ(held, 0) << "variant " << variant << found.detail;
+    }
+    if (held == 0) {
+      ASSERT_EQ(found.result, Result::failed) << "variant " << variant << found.detail;
+    }
+  }
+  for (const int count : verdicts)
+    EXPECT_GT(count, 300);
 }
 
 TEST_F(Occurrences, CountHasALargestAndALeastNumber) {

@@ -113,6 +113,65 @@ TEST_F(Figures, OfAStepDownAndFromTheFirstValue) {
   EXPECT_NE(result_of(*none, Result::not_checked).detail.find("so there is no step"), std::string::npos);
 }
 
+TEST_F(Figures, OfASignalThatMadeNoStepAreNotChecked) {
+  for (const std::initializer_list<double> speeds :
+       {std::initializer_list<double>{5, 5, 5, 5}, {4.95, 5.05, 5, 5}, {3, 4, 5, 5}, {5, 4, 1.01, 5}})
+    for (const bool is_overshoot : {true, false}) {
+      Statistics claim = step("0 m/s");
+      if (is_overshoot) claim.settling.reset();
+      if (!is_overshoot) claim.overshoot.reset();
+      const auto judge = this->judge(claim);
+      run(*judge, speeds);
+      EXPECT_NE(
+          result_of(*judge, Result::not_checked)
+              .detail.find("was never within 10 % of the step of its begin at 0 m/s, so it made no step"),
+          std::string::npos);
+    }
+  // The step comes after the begin: a signal that leaves the final value has not made it.
+  Statistics claim = step("0 m/s");
+  claim.settling.reset();
+  const auto away = this->judge(claim);
+  run(*away, {5, 5, 0, 0});
+  EXPECT_NE(result_of(*away, Result::not_checked).detail.find("did not reach 90 % of the step"),
+            std::string::npos);
+  const auto late = this->judge(step("0 m/s"));
+  run(*late, {5, 5, 0.4, 5, 5});
+  result_of(*late, Result::held);
+}
+
+/// Frames of a tick, and the tick.
+TEST_F(Figures, OfFramesAreExtremesAndSteps) {
+  const auto frames = [&](Judge& judge, double flash) {
+    for (int tick = 0; tick < 10; ++tick) {
+      table_.write(speed_, tick == 5 ? flash : tick == 0 ? 0.0 : 5.0, tick * ms);
+      judge.check(table_, {.time_ns = tick * ms, .is_tick = false});
+      set_speed(judge, tick == 0 ? 0.0 : 5.0, tick * ms);
+    }
+    ticks_ = 10;
+  };
+  const auto largest = this->judge(figure(Statistics::largest, nullptr, "6 m/s"));
+  frames(*largest, 99.0);
+  EXPECT_EQ(result_of(*largest, Result::failed).first_failure_ns, 5 * ms);
+  const auto smallest = this->judge(figure(Statistics::smallest, "-1 m/s", nullptr));
+  frames(*smallest, -99.0);
+  result_of(*smallest, Result::failed);
+  const auto over = this->judge(step("0 m/s"));
+  frames(*over, 99.0);
+  result_of(*over, Result::failed);
+  const auto mean = this->judge(figure(Statistics::mean, "4.49 m/s", "4.51 m/s"));
+  frames(*mean, 99.0);
+  EXPECT_EQ(result_of(*mean, Result::held).evaluated_ticks, 10U) << "the mean is that of the ticks";
+  Statistics settling = step("0 m/s");
+  settling.overshoot.reset();
+  settling.settling->at_most_ns = 4 * ms;
+  const auto settled = this->judge(settling);
+  frames(*settled, 5.0);
+  result_of(*settled, Result::held);
+  const auto disturbed = this->judge(settling);
+  frames(*disturbed, 4.0);
+  result_of(*disturbed, Result::failed);
+}
+
 TEST_F(Figures, ThatDoNotSettleFail) {
   const auto judge = this->judge(step("0 m/s"));
   run(*judge, {0, 5, 4});

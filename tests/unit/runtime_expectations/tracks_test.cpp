@@ -131,5 +131,29 @@ TEST_F(Tracking, IsJudgedWithoutAllocation) {
   EXPECT_EQ(allocation_guard::seen().total(), 0U);
 }
 
+/// At a frame the reference is that of its time, also between rows that are closer than ticks.
+TEST_F(Tracking, JudgesFrames) {
+  const char* const fine = "time,speed\n0,0\n0.0101,0\n0.0102,7\n0.0103,0\n0.1,0\n";
+  for (const std::int64_t shift_ms : {0, 2}) {
+    for (const auto& [at_us, value, expected] : {std::tuple{10'200, 7.0, Result::held},
+                                                 {10'200, 0.0, shift_ms == 0 ? Result::failed : Result::held},
+                                                 {20'500, 9.0, Result::failed},
+                                                 {20'500, 0.2, Result::held}}) {
+      const auto judge = this->judge(claim(fine, "0.5 m/s", shift_ms));
+      for (int tick = 0; tick < 50; ++tick) {
+        const std::int64_t frame_ns = at_us * 1'000L;
+        if (frame_ns > (tick - 1) * ms && frame_ns <= tick * ms) {
+          table_.write(speed_, value, frame_ns);
+          judge->check(table_, {.time_ns = frame_ns, .is_tick = false});
+        }
+        set_speed(*judge, 0.0, tick * ms);
+      }
+      const auto result = judge->result(until(50 * ms, 50));
+      EXPECT_EQ(result.result, expected) << value << " at " << at_us << " us: " << result.detail;
+      EXPECT_EQ(result.evaluated_ticks, shift_ms == 0 ? 50U : 48U);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hil::expectations

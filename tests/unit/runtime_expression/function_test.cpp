@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <utility>
 
 #include "compiled.hpp"
@@ -129,7 +130,7 @@ TEST(UnknownArguments, EndInUnknownResults) {
   expect_near(steps("rate_limit(a, 20 / 1 s)", {0, u, u, 5}), {0, u, u, 2});
   expect_near(steps("hysteresis(a, 1, 3)", {4, u, 2, 0, u, 2}), {1, u, 1, 0, u, 0});
   expect_near(steps("hold(a, a < 5)", {1, 7, u, 7, 2}), {1, 1, u, 1, 2});
-  expect_near(steps("duration(a > 1)", {2, 2, u, 2, 2}, "s"), {0, 0.1, u, 0, 0.1});
+  expect_near(steps("duration(a > 1)", {2, 2, u, 2, 0, 2, 2}, "s"), {0, 0.1, u, u, 0, 0, 0.1});
   const double share = 1.0 - std::exp(-0.1 / 0.5);
   expect_near(steps("lag(a, dt, 0)", {1, 1, u, u, 1, 1}),
               {0, share, u, u, share + share * (1.0 - share), 1.0 - std::pow(1.0 - share, 3.0)});
@@ -140,6 +141,49 @@ TEST(UnknownArguments, DoNotBecomeTrueBetweenTwoTrues) {
   expect_near(steps("rise(a > 1)", {u, 2, u, 2, 0, u, 2}), {u, 1, u, 0, 0, u, 1});
   expect_near(steps("fall(a > 1)", {u, 0, u, 0, 2, u, 0}), {u, 0, u, 0, 0, u, 1});
   expect_near(steps("changed(a)", {u, 2, u, 2, u, 3}), {u, 0, u, 0, u, 1});
+}
+
+TEST(UnknownArguments, MakeADurationALowerBound) {
+  const std::vector<double> values{2, 2, u, 2, 2, 2, u, 2, 2, 0, 2, 2};
+  const std::string duration = "duration(a > 1)";
+  expect_near(steps(duration + " > 150 ms", values), {0, 0, u, u, u, 1, u, u, u, 0, 0, 0});
+  expect_near(steps(duration + " <= 150 ms", values), {1, 1, u, u, u, 0, u, u, u, 1, 1, 1});
+  expect_near(steps(duration + " >= 100 ms", values), {0, 1, u, u, 1, 1, u, u, 1, 0, 0, 1});
+  expect_near(steps(duration, values, "s"), {0, 0.1, u, u, u, u, u, u, u, 0, 0, 0.1});
+  // Before the first known condition nothing is known, as of a count.
+  expect_near(steps(duration, {u, u, 2, 2}, "s"), {u, u, 0, 0.1});
+  // A gap between two steps that are false hides no time that is still counted.
+  expect_near(steps(duration, {0, u, 0, 2, 2}, "s"), {0, u, 0, 0, 0.1});
+}
+
+/// What is known of a duration is true however the unknown steps were.
+TEST(UnknownArguments, KnownDurationsAreThoseOfEveryPossiblePast) {
+  std::mt19937 random(20);
+  int decided_after_gap = 0;
+  for (int variant = 0; variant < 3000; ++variant) {
+    std::vector<double> values(14);
+    std::vector<std::size_t> gaps;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto draw = random() % 10;
+      values[i] = draw < 6 ? 2.0 : draw < 8 || i == 0 || gaps.size() == 4 ? 0.0 : u;
+      if (std::isnan(values[i])) gaps.push_back(i);
+    }
+    const std::string limit = std::to_string(50 + 100 * (random() % 4)) + " ms";
+    const std::string written = "duration(a > 1)" + std::string(random() % 2 == 0 ? " > " : " <= ") + limit;
+    const std::vector<double> found = steps(written, values);
+    for (unsigned past = 0; past < 1U << gaps.size(); ++past) {
+      std::vector<double> possible = values;
+      for (std::size_t k = 0; k < gaps.size(); ++k)
+        possible[gaps[k]] = (past >> k & 1U) != 0 ? 2.0 : 0.0;
+      const std::vector<double> expected = steps(written, possible);
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        if (std::isnan(found[i])) continue;
+        ASSERT_EQ(found[i], expected[i]) << written << " in step " << i << " of variant " << variant;
+        if (!gaps.empty() && i > gaps.front() && values[i] != 0.0) ++decided_after_gap;
+      }
+    }
+  }
+  EXPECT_GT(decided_after_gap, 1000);
 }
 
 TEST(UnknownArguments, MakeACountALowerBound) {
@@ -215,12 +259,12 @@ struct Written {
 std::vector<double> judged(const std::string& written, const std::vector<Written>& a,
                            const std::string& unit = "") {
   auto program = compile(written, {.unit = unit});
-  std::vector<double> values = test::Names().values(), written_s(values.size(), 0.0), results;
+  std::vector<double> values = test::Names().values(), results;
+  std::vector<WriteTimes> times(values.size());
   for (const Written& one : a) {
     values[0] = one.value;
-    written_s[0] = one.at_s;
-    results.push_back(
-        program->evaluate(values, EvaluationTime{.time_s = 0.1 * one.step, .written_s = written_s}));
+    times[0] = {.newest_s = one.at_s, .oldest_s = one.at_s};
+    results.push_back(program->evaluate(values, EvaluationTime{.time_s = 0.1 * one.step, .written = times}));
   }
   return results;
 }
@@ -239,6 +283,68 @@ TEST(Derivative, GoesFromOneWrittenValueToTheNext) {
               {u, 10, u, 9 / 0.8});
   // Time itself is written in each step.
   expect_near(judged("derivative(time)", slow), {u, 1, 1, 1, 1, 1, 1});
+}
+
+/// Signals that rise by 1 and by 3 per second, written at two rates, read in steps of 0.1 s.
+TEST(Derivative, OfSignalsOfTwoRatesStepsWhereAllAreWritten) {
+  std::mt19937 random(3);
+  for (int variant = 0; variant < 400; ++variant) {
+    double fast_s = 0.1, slow_s = 0.2 + 0.1 * static_cast<double>(random() % 12);
+    if (variant % 3 == 1)
+      fast_s = 0.1 + 0.01 * static_cast<double>(random() % 30), slow_s = 2.03 * fast_s + 0.07;
+    const bool a_is_fast = variant % 2 == 0, is_multiple = variant % 3 != 1;
+    const double of_a_s = a_is_fast ? fast_s : slow_s, of_b_s = a_is_fast ? slow_s : fast_s;
+    auto program = compile("derivative(a + 3 * b)", {.unit = "1/s"});
+    auto chosen = compile("derivative(if time < 3 s then a else b)", {.unit = "1/s"});
+    std::vector<double> values = test::Names().values();
+    std::vector<WriteTimes> times(values.size());
+    int known = 0;
+    for (int step = 0; step < 400; ++step) {
+      const double now_s = 0.1 * step;
+      const auto write = [&](std::size_t index, double period_s) {
+        const double at_s = period_s * std::floor(now_s / period_s + 1e-9);
+        values[index] = at_s;
+        times[index] = {.newest_s = at_s, .oldest_s = at_s};
+      };
+      write(0, of_a_s);
+      write(1, of_b_s);
+      const EvaluationTime at{.time_s = now_s, .written = times};
+      const double slope = program->evaluate(values, at);
+      const double choice = chosen->evaluate(values, at);
+      if (is_multiple && now_s > 4.0 + 2 * slow_s) {
+        EXPECT_NEAR(choice, 1.0, 1e-6);
+      }
+      if (std::isnan(slope)) continue;
+      ++known;
+      // The faster one is up to one of its periods old, and the slower one up to one step.
+      const double of_fast = a_is_fast ? 1.0 : 3.0, of_slow = 4.0 - of_fast;
+      const double error = (of_fast * fast_s + of_slow * 0.1) / (slow_s - 0.1);
+      ASSERT_NEAR(slope, 4.0, is_multiple ? 1e-6 : error + 1e-9) << fast_s << " and " << slow_s;
+    }
+    EXPECT_GT(known, 300);
+  }
+}
+
+TEST(Derivative, IsUnknownUntilAllSignalsAreWrittenAnew) {
+  auto program = compile("derivative(a + b)", {.unit = "1/s"});
+  std::vector<double> values = test::Names().values();
+  std::vector<WriteTimes> times(values.size());
+  times[1] = {.newest_s = 0.0, .oldest_s = 0.0};
+  for (int step = 0; step < 10; ++step) {
+    values[0] = step;
+    times[0] = {.newest_s = 0.1 * step, .oldest_s = 0.1 * step};
+    EXPECT_TRUE(std::isnan(program->evaluate(values, {.time_s = 0.1 * step, .written = times})));
+  }
+  // A value that was computed from signals of several ages counts as its oldest one.
+  auto of_variable = compile("derivative(a)", {.unit = "1/s"});
+  std::vector<double> results;
+  for (int step = 0; step < 9; ++step) {
+    const double oldest_s = 0.4 * std::floor(step / 4.0);
+    values[0] = 0.1 * step + oldest_s;
+    times[0] = {.newest_s = 0.1 * step, .oldest_s = oldest_s};
+    results.push_back(of_variable->evaluate(values, {.time_s = 0.1 * step, .written = times}));
+  }
+  expect_near(results, {u, u, u, u, 2, 2, 2, 2, 2});
 }
 
 TEST(Frames, BetweenStepsAdvanceMemoryButNoNoise) {
