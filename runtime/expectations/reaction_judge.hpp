@@ -4,9 +4,9 @@
 // A reaction begins at each instant at which `when` becomes true, and at the first one if it is true there.
 // It is in time when `then` is true at an instant from its begin to `within` after it, both included, and
 // stays true for `for_at_least` from there on. Where `then` is true in time, but never for that long, it is
-// too short. Nobody knows of a reaction whether it was in time where `then` was true or unknown for long enough,
-// and was not known to be true for long enough; it is not judged, as one whose time has not passed when the run
-// ends. At most 65536 reactions are open; beyond that the oldest is not judged.
+// too short. Nobody knows of a reaction whether it was in time where `then` was true or unknown for long
+// enough, and was not known to be true for long enough; it is not judged, as one whose time has not passed
+// when the run ends. At most 65536 reactions are open; beyond that the oldest is not judged.
 //
 // The margin is the smallest of these:
 // - of each reaction, `within` minus the time to `then`, up to the end of the run if `then` never came;

@@ -1,6 +1,6 @@
 #pragma once
-// statistics: limits of figures of a signal. mean, rms and standard_deviation are those of its ticks, the others
-// those of its instants.
+// statistics: limits of figures of a signal. mean, rms and standard_deviation are those of its ticks, the
+// others those of its instants.
 //
 // mean, rms, standard_deviation  of the values of all ticks, each with the same weight (Welford's method);
 //                     the standard deviation has the divisor n.

@@ -256,8 +256,8 @@ double held(const Call& c) noexcept {
 }
 
 /// After a gap a lower bound, until the condition is known to be false. state[1]: whether it is true;
-/// state[2]: the run time at which it became true, or was known again; state[3]: whether it may have been true
-/// before.
+/// state[2]: the run time at which it became true, or was known again; state[3]: whether it may have been
+/// true before.
 double time_true(const Call& c) noexcept {
   const double now = c.arguments[0];
   note_known(c.state[0], now);
@@ -285,8 +285,8 @@ double integral(const Call& c) noexcept {
 }
 
 /// The change per second from one instant at which all signals of x are written since the last one to the
-/// next. state[0] to state[3]: whether there was one, the value there, the time at which its newest signal was
-/// written, and the latest slope.
+/// next. state[0] to state[3]: whether there was one, the value there, the time at which its newest signal
+/// was written, and the latest slope.
 double slope(const Call& c, double x, std::span<double> state) noexcept {
   if (std::isnan(x)) return unknown;
   if (!c.written) {

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/paths.h"
 #include "tests/system/scenario/hil.hpp"
@@ -160,6 +163,36 @@ TEST(ExpectationKinds, JudgeEveryFrameOfABus) {
   EXPECT_EQ(expectations[1]["margin"], -0.009);
   EXPECT_EQ(expectations[2]["result"], "held") << expectations[2].dump(1);
   EXPECT_EQ(expectations[2]["margin"], 0.19) << "a frame each 10 ms, and 200 ms to its time-out";
+}
+
+constexpr const char* rates_scenario = R"(
+scenario: two rates
+clock: virtual
+base_rate: 1 kHz
+duration: 10 s
+tasks:
+  - {module: p, type: block, rate: RATE_P, parameters: {states: {x: {initial: 0 m, derivative: 1 m/s}}}}
+  - {module: q, type: block, rate: RATE_Q, parameters: {states: {x: {initial: 0 m, derivative: 1 m/s}}}}
+variables: {offset: 3 m, sum: p.x + q.x + offset, twice: 2 * sum, slope: derivative(sum)}
+expectations:
+  - {name: at once, always: abs(derivative(p.x + q.x) - 2 m/s) < 1 mm/s}
+  - {name: by a variable, always: abs(derivative(sum) - 2 m/s) < 1 mm/s}
+  - {name: by two, always: abs(derivative(twice) - 4 m/s) < 1 mm/s}
+  - {name: in a variable, always: abs(slope - 2 m/s) < 1 mm/s}
+)";
+
+TEST(ExpectationKinds, SeeTheSlopeOfASumOfTwoRates) {
+  const Folder folder;
+  const std::vector<std::pair<std::string, std::string>> rates{
+      {"100 Hz", "10 Hz"}, {"10 Hz", "100 Hz"}, {"1 kHz", "20 Hz"}, {"50 Hz", "50 Hz"}};
+  for (const auto& [of_p, of_q] : rates) {
+    std::string text = rates_scenario;
+    text.replace(text.find("RATE_P"), 6, of_p);
+    text.replace(text.find("RATE_Q"), 6, of_q);
+    write_text(folder / "s.yaml", text);
+    const Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+    EXPECT_EQ(ended.code, 0) << of_p << ", " << of_q << ": " << ended.output << ended.errors;
+  }
 }
 
 TEST(ExpectationKinds, AreJudgedAlikeInTwoRuns) {

@@ -218,7 +218,7 @@ TEST_F(WindowGaps, FrameThereIsNotEvaluatedEither) {
   expect(*never, until(1000 * ms, 1000), Result::not_checked, {"whether 0.010 s is in its window"});
 }
 
-TEST_F(WindowGaps, StatisticsReactionsAndCountsAreNotJudgedInThem) {
+TEST_F(WindowGaps, CountsOrdersAndReactionsAreNotJudgedInThem) {
   const std::vector<std::pair<const char*, std::unique_ptr<Judge>>> judges = [&] {
     std::vector<std::pair<const char*, std::unique_ptr<Judge>>> all;
     all.emplace_back("count", judge_in(Count{condition("ego.speed > 5"), 0, 0}, between_conditions(false)));
