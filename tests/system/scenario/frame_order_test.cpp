@@ -1,5 +1,5 @@
-// Under the virtual clock a condition sees each frame once: before the tick that has its values, and after the
-// tick that caused it.
+// Under the virtual clock a condition sees each frame once: before the tick that has its values, and after
+// the tick that caused it.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ std::string log() {
   return lines;
 }
 
-constexpr const char* scenario = R"(scenario: order of frames
+constexpr const char* scenario = R"yaml(scenario: order of frames
 base_rate: 1 kHz
 duration: 1 s
 clock: virtual
@@ -53,7 +53,7 @@ expectations:
   - {name: changes thrice, always: changes == 3, between: [510 ms, 1 s]}
   - {name: has no gap, count: {of: known(can.car.State.S), min: 1, max: 1}}
   - {name: the last one is seen, eventually: can.car.State.S == 2, between: [990 ms, 1 s]}
-)";
+)yaml";
 
 TEST(FrameOrder, EachFrameIsSeenOnceAndNothingElse) {
   const Folder folder;
