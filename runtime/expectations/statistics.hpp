@@ -50,6 +50,8 @@ struct Statistics {
 
 /// "standard_deviation", the key of the figure.
 const char* key_of(Statistics::Figure figure);
+/// False: a temperature in degC or degF, whose squares depend on where the scale begins.
+bool has_rms(const signals::SignalInfo& signal);
 
 void check_claim(const Statistics& claim, const ClaimCheck& check);
 std::unique_ptr<Judge> judge_of(const Statistics& claim, const JudgeContext& context);

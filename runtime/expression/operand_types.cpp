@@ -251,7 +251,9 @@ std::optional<units::Angle> OperandTypes::convert_to_common_angle(std::size_t at
   }
   const bool is_settled = a.exponent == b.exponent || units::is_rate(dimension);
   if (!is_settled) return units::Angle{.is_open = true};
-  return a.exponent == 0 && a.is_open ? b : a;
+  units::Angle angle = a.exponent == 0 && a.is_open ? b : a;
+  angle.is_cycles = a.is_cycles || b.is_cycles;
+  return angle;
 }
 
 bool OperandTypes::take_angle(std::uint32_t part, const units::Angle& angle) {
@@ -280,6 +282,8 @@ bool OperandTypes::take_angle(std::uint32_t part, const units::Angle& angle) {
 
 void OperandTypes::warn_of_missing_unit(std::uint32_t part, const Type& other) {
   if (!types_[part].lacks_unit || !other.unit || units::is_si(*other.unit)) return;
+  while (nodes_[part].operation != Operation::name && !nodes_[part].parts.empty())
+    part = nodes_[part].parts.front();  // abs(x) is what x is
   diagnostics_.warn(nodes_[part].word.place, units::missing_unit_text(nodes_[part].word.text, *other.unit));
 }
 

@@ -111,6 +111,8 @@ class OperandTypes {
   bool take_difference(std::uint32_t part, const std::string& reader);
   /// False: the value does not convert to this angle (units::two_pi_exponent_between).
   bool take_angle(std::uint32_t part, const units::Angle& angle);
+  /// Warns where a signal that lacks a unit is beside a value in one that is not of the SI.
+  void warn_of_missing_unit(std::uint32_t part, const Type& other);
   /// False with a mistake: `part` is a truth.
   bool need_number(std::size_t at, std::uint32_t part);
   /// False with a mistake: `part` is neither a truth nor a plain number. `reader` needs it: "'and'".
@@ -126,7 +128,6 @@ class OperandTypes {
   std::optional<units::Angle> convert_to_common_angle(std::size_t at, std::uint32_t first,
                                                       std::uint32_t second);
   void settle_as_difference(std::uint32_t part);
-  void warn_of_missing_unit(std::uint32_t part, const Type& other);
 
   const std::span<const config::Expression::Node> nodes_;
   config::Diagnostics& diagnostics_;

@@ -81,9 +81,7 @@ units::Conversion KnownSignals::conversion_for(SignalId signal, const std::strin
   else if (value_kind == units::ValueKind::difference && to->offset != 0.0)
     hint = "; it is a difference of temperatures";
   else if (from->dimension == to->dimension)
-    hint = units::angle_hint(
-        from->dimension, {from->angle.exponent, from->angle.in_turns, value_kind == units::ValueKind::open},
-        to->angle);
+    hint = units::angle_hint(from->dimension, units::angle_of(*from, value_kind), to->angle);
   diagnostics.add(place, "'" + name + "' is in " + text(unit) + ", but '" + reader + "' is in " +
                              text(unit_of_reader) + hint);
   return {};
