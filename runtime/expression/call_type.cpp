@@ -61,6 +61,12 @@ class CallTyping {
         operands_.fail(i, in_quotes(function.name) + ": " + std::string(problem));
         return false;
       }
+      std::vector<double> with_names = constants;
+      for (std::size_t k = 0; k < constants.size(); ++k)
+        if (const auto value = operands_.named_constant(operands_.node(i).parts[k])) with_names[k] = *value;
+      if (const std::string_view problem = function.problem(with_names); !problem.empty())
+        operands_.warn(i, in_quotes(function.name) + ": " + std::string(problem) +
+                              ", with the variables of the scenario");
     }
     const bool has_result = function.state_size > 0 || function.reports_known ||
                             std::ranges::any_of(constants, [](double value) { return std::isnan(value); });

@@ -146,6 +146,7 @@ class Compiler {
     const auto unit = units::parse_unit(symbol);
     if (!unit) return {.kind = Type::Kind::opaque, .opaque_unit = symbol};
     types_.conversion(i) = unit->to_si();
+    if (variables_[i]->constant) types_.named_constant(i) = unit->to_si(*variables_[i]->constant);
     Type type = quantity(*unit);
     type.lacks_unit = variables_[i]->lacks_unit;
     if (variables_[i]->value_kind == units::ValueKind::as_unit) return type;
@@ -231,6 +232,8 @@ class Compiler {
     const auto both = types_.common_type(i, left, right, BareNumber::is_value);
     if (!both) return {};
     for (const auto& [part, other] : {std::pair(left, right), std::pair(right, left)}) {
+      if (types_[part].constant && !std::isfinite(*types_[part].constant))
+        return types_.fail(part, "this constant has no value, so the comparison is unknown in every step");
       if (auto reason = constant_comparison(nodes_, i, part, types_[other].constant))
         return types_.fail(other, *reason);
     }

@@ -347,6 +347,11 @@ std::string_view problem_of_limits(std::span<const double> arguments) {
 std::string_view problem_of_time_constant(std::span<const double> arguments) {
   return arguments[1] < 0.0 ? "its time constant is below 0" : std::string_view();
 }
+/// A falling rate of 0 holds the greatest value.
+std::string_view problem_of_rate(std::span<const double> arguments) {
+  if (arguments[1] <= 0.0) return "its rate is not above 0";
+  return arguments.size() > 2 && arguments[2] < 0.0 ? "its falling rate is below 0" : std::string_view();
+}
 std::string_view problem_of_deviation(std::span<const double> arguments) {
   return arguments[0] < 0.0 ? "its deviation is below 0" : std::string_view();
 }
@@ -468,6 +473,7 @@ constexpr Function table[] = {
      .signature = "qv[v]:q",
      .state_size = 3,
      .value = rate_limited,
+     .problem = problem_of_rate,
      .arguments = "x, rate, [falling_rate]",
      .about = "Follows x at no more than the rate."},
     {.name = "hysteresis",

@@ -59,6 +59,14 @@ bool KnownSignals::is_undeclared(std::string_view name) const {
   return std::ranges::any_of(undeclared_, [&](const auto& prefix) { return name.starts_with(prefix); });
 }
 
+std::string KnownSignals::source_of(std::string_view name) const {
+  const auto signal = table_.find(name);
+  if (!signal) return std::string(name);
+  const std::string& own_name = table_.info(*signal).name;
+  const auto source = sources_.find(own_name);
+  return source == sources_.end() ? own_name : source->second;
+}
+
 units::Conversion KnownSignals::conversion_for(SignalId signal, const std::string& reader,
                                                const std::string& unit_of_reader, const config::Place& place,
                                                config::Diagnostics& diagnostics) const {

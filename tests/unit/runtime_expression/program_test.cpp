@@ -556,7 +556,9 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
        "units"},
       {"t + 5 > 1 K",
        "f:1:6: this number needs a unit: with degC it may be a temperature or a difference (K)"},
-      {"share * angle == 2", "f:1:19: this number needs a unit: the other side of '==' is in 1"},
+      {"share * angle == 2",
+       "f:1:19: this number needs a unit: the other side of '==' is a share or an "
+       "angle, computed from several units; write it in %, deg, rad or rev"},
       {"t - 5 degC > u",
        "f:1:13: '>' has a difference of temperatures and a temperature in degF; a difference is in K"},
       {"t + u > 5 K",
