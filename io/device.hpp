@@ -104,8 +104,8 @@ struct InputGroup {
 /// Frames of an input group that a device rejected.
 struct RejectedFrames {
   std::uint64_t count = 0;
-  /// Those of them that the scenario made: a fault changed the frame, or a fault or a new pass of a log is
-  /// why its counter does not continue that of the frame before.
+  /// Those of them that the scenario made: the device would have accepted the frame as it was sent, after all
+  /// frames as they were sent. A new pass of a log, or a program after an interruption, begins a new counter.
   std::uint64_t by_scenario = 0;
 };
 
@@ -200,10 +200,15 @@ class Device {
     return {};
   }
 
-  /// How often a fault of a message has dropped, changed, repeated or delayed a frame of an input group. Any
-  /// thread.
+  /// How often a fault has dropped, held or changed a frame of an input group, or made the device reject it.
+  /// Frames that the device would reject without faults do not count. Any thread.
   virtual std::uint64_t faulted_frames(std::size_t group) const noexcept {
     static_cast<void>(group);
+    return 0;
+  }
+  /// Those of them that had a value of this input, which belongs to a group. Any thread.
+  virtual std::uint64_t faulted_values(std::size_t input) const noexcept {
+    static_cast<void>(input);
     return 0;
   }
 
@@ -244,6 +249,11 @@ class Device {
   }
   /// Before start, without a fault_problem(): adds a fault, which is not active. The first one has number 0.
   virtual void add_fault(const InjectedFault& injected) { static_cast<void>(injected); }
+  /// Whether a fault of the device keeps its inputs from being fresh while it acts. Setup thread.
+  virtual bool silences(const InjectedFault& injected) const noexcept {
+    return injected.kind != InjectedFault::Kind::delay ||
+           (loss_timeout_ns() > 0 && injected.delay_ns > loss_timeout_ns());
+  }
   /// Begins or ends a fault. Thread rule of latch_inputs. It acts on what the device sends from now on and,
   /// in real time within the time that its thread takes to wake, on what it receives.
   virtual void set_fault(std::size_t number, bool active) noexcept {

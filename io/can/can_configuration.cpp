@@ -107,7 +107,10 @@ void CanDevice::add_sent(const SentMessageConfig& config) {
 
 void CanDevice::add_received(const ReceivedMessageConfig& config) {
   const DbcMessage& message = *config_.database.find_message(config.message);
-  Received received{MessageDecoder(message, config.protection), inputs_.size(), message.name};
+  const MessageDecoder decoder(message, config.protection);
+  Received received{
+      .decoder = decoder, .without_faults = decoder, .first_input = inputs_.size(), .message = message.name};
+  received.counts->faulted_values = std::vector<Count>(message.signals.size());
   if (!message.signals.empty()) {
     groups_.push_back({.name = message.name,
                        .first = inputs_.size(),

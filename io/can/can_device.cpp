@@ -283,29 +283,40 @@ void CanDevice::handle(const Frame& frame) {
   const auto found = received_by_id_.find(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK));
   if (found == received_by_id_.end()) return counts_.unknown_id.add();
   Received& received = received_[found->second];
+  received_frame.is_sender_wrong = rejects_without_faults(received, frame);
   const std::span<const Frame> passed = faults_.pass(received_frame, now_ns());
   for (const Frame& passed_frame : passed)
-    decode(received, passed_frame,
-           &passed_frame != passed.data() || !passed_frame.same_content(received_frame));
-  if (!passed.empty()) return;
-  received.counts->faulted.add();  // a fault drops or holds it
-  received.is_discontinuous = true;
+    decode(received, passed_frame);
+  const bool is_held = passed.empty();  // or dropped
+  if (is_held || std::ranges::any_of(passed, &Frame::is_altered)) note_faulted(received, received_frame);
 }
 
-void CanDevice::decode(Received& received, const Frame& frame, bool is_faulted) {
-  using Verdict = MessageDecoder::Verdict;
-  is_faulted = is_faulted || frame.is_altered;
+void CanDevice::note_faulted(Received& received, const Frame& frame) noexcept {
+  if (frame.is_sender_wrong) return;
+  received.counts->faulted.add();
+  received.decoder.decode(frame,
+                          [&](std::size_t signal, double) { received.counts->faulted_values[signal].add(); });
+}
+
+bool CanDevice::rejects_without_faults(Received& received, const Frame& frame) const noexcept {
+  MessageDecoder& decoder = received.without_faults;
   const std::uint64_t interruptions = interruptions_.load(std::memory_order_relaxed);
   const bool is_interrupted = std::exchange(received.interruptions, interruptions) != interruptions;
-  received.is_discontinuous |= frame.is_discontinuous || is_interrupted;
+  if (is_interrupted || frame.is_discontinuous) decoder.reset_counter();
+  if (frame.is_altered) {  // by the bus, so that its content is not known
+    decoder.note_unknown_counter();
+    return false;
+  }
+  return decoder.check(frame) != MessageDecoder::Verdict::accepted;
+}
+
+void CanDevice::decode(Received& received, const Frame& frame) {
+  using Verdict = MessageDecoder::Verdict;
   const Verdict verdict = received.decoder.check(frame);
-  const bool has_known_counter = verdict == Verdict::accepted || verdict == Verdict::bad_counter;
-  const bool is_by_scenario = is_faulted || (verdict == Verdict::bad_counter && received.is_discontinuous);
-  if (has_known_counter) received.is_discontinuous = false;
-  if (is_faulted) received.is_discontinuous = true;
+  const bool is_rejected = verdict != Verdict::accepted;
   ReceivedCounts& counts = *received.counts;
-  if (is_faulted) counts.faulted.add();
-  if (verdict != Verdict::accepted && is_by_scenario) counts.rejected_by_scenario.add();
+  if (is_rejected) note_faulted(received, frame);
+  if (is_rejected && !frame.is_sender_wrong) counts.rejected_by_scenario.add();
   switch (verdict) {
     case Verdict::wrong_kind:
       counts.wrong_kind.add();
@@ -344,7 +355,7 @@ void CanDevice::pass_due_frames() {
       else
         put_on_bus(frame, sent->message);
     } else {
-      decode(received_[received_by_id_.at(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK))], frame, true);
+      decode(received_[received_by_id_.at(frame.raw.can_id & (CAN_EFF_FLAG | CAN_EFF_MASK))], frame);
     }
   }
 }
@@ -514,8 +525,10 @@ void CanDevice::lose_inputs() {
 }
 
 void CanDevice::reset_counters() {
-  for (Received& received : received_)
+  for (Received& received : received_) {
     received.decoder.reset_counter();
+    received.without_faults.reset_counter();
+  }
 }
 
 void CanDevice::set_health(bool connected, const std::string& fault) {

@@ -102,6 +102,7 @@ class CanDevice final : public Device {
   std::uint64_t faulted_frames(std::size_t group) const noexcept override {
     return received_[received_of_group_[group]].counts->faulted.get();
   }
+  std::uint64_t faulted_values(std::size_t input) const noexcept override;
   std::uint64_t lost_arrivals() const noexcept override { return arrivals_.lost(); }
   void release_outputs(std::span<const double> values, RunTimeNs tick_ns) noexcept override;
   bool exchange(RunTimeNs tick_ns) override;
@@ -157,14 +158,14 @@ class CanDevice final : public Device {
   };
   struct ReceivedCounts {
     Count longer, shorter, bad_checksum, bad_counter, wrong_kind, rejected_by_scenario, faulted;
+    std::vector<Count> faulted_values;  ///< by signal
   };
   struct Received {
     MessageDecoder decoder;
+    MessageDecoder without_faults;  ///< checks all frames as the sender sent them
     std::size_t first_input;
     std::string message;
     std::unique_ptr<ReceivedCounts> counts = std::make_unique<ReceivedCounts>();
-    /// By the scenario, the counter of the next frame need not continue that of the last one.
-    bool is_discontinuous = false;
     std::uint64_t interruptions = 0;  ///< that the last frame knew of
   };
   struct Counts {
@@ -180,8 +181,12 @@ class CanDevice final : public Device {
   void run();
   bool receive_up_to(std::size_t max_frames);
   void handle(const Frame& frame);
-  /// `is_faulted`: a fault of the message changed, repeated or delayed the frame.
-  void decode(Received& received, const Frame& frame, bool is_faulted);
+  /// Whether the frame, as it comes from the bus, would be rejected without the faults of the scenario.
+  bool rejects_without_faults(Received& received, const Frame& frame) const noexcept;
+  /// A fault of the scenario is why the values of a right frame do not come, or not yet, or are others.
+  void note_faulted(Received& received, const Frame& frame) noexcept;
+  /// After the faults of the message.
+  void decode(Received& received, const Frame& frame);
   const MessageLayout* layout_of(const std::string& message) const;
   /// "; it sends or receives EgoStatus, BrakeCommand": the end of an error text. Empty: it has no messages.
   std::string other_messages() const;

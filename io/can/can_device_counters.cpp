@@ -1,5 +1,8 @@
 // The counters of a CAN device, as one record.
 
+#include <algorithm>
+#include <iterator>
+
 #include "io/can/can_device.hpp"
 
 namespace hil::io::can {
@@ -50,6 +53,13 @@ std::vector<RejectionCounts> CanDevice::rejections() const {
       all.push_back(rejections);
   }
   return all;
+}
+
+std::uint64_t CanDevice::faulted_values(std::size_t input) const noexcept {
+  const auto next = std::ranges::upper_bound(received_, input, {}, &Received::first_input);
+  require(next != received_.begin(), "an input of a received message");
+  const Received& received = *std::prev(next);
+  return received.counts->faulted_values[input - received.first_input].get();
 }
 
 RejectedFrames CanDevice::rejected(std::size_t group) const noexcept {

@@ -29,7 +29,8 @@ struct Frame {
       0;  ///< run time at which the frame was on the bus (kernel timestamp where there is one)
   std::int64_t wall_ns =
       0;  ///< the same instant as nanoseconds since 1970; under the virtual clock equal to time_ns
-  bool is_altered = false;  ///< fault injection of a bus changed its payload
+  bool is_altered = false;       ///< a fault of the bus or of its message changed it
+  bool is_sender_wrong = false;  ///< its device would reject it without the faults of the scenario
   /// By fault injection of a bus, or since a log begins anew: its counter need not continue that of the frame
   /// of its identifier before it.
   bool is_discontinuous = false;

@@ -259,7 +259,9 @@ void FrameFaults::pass_from(const std::vector<Fault*>& faults, std::size_t first
         break;
     }
   }
-  note_passed(differs || !frame.same_content(passage_.first));
+  const bool is_changed = !frame.same_content(passage_.first);
+  frame.is_altered |= is_changed;
+  note_passed(differs || is_changed);
   passage_.acted.resize(acted_before);
   passed_.push_back(frame);
 }

@@ -132,7 +132,7 @@ class MessageDecoder {
   Verdict check(const Frame& frame) noexcept;
 
   /// Calls `take(signal index, physical value)` for each signal that is present and completely contained.
-  /// Only for accepted frames.
+  /// Those of a rejected frame are not to be trusted.
   template <typename Take>
   void decode(const Frame& frame, const Take& take) const noexcept {
     const auto payload = frame.payload();
@@ -147,6 +147,9 @@ class MessageDecoder {
         take(signal, codec.decode(payload));
     }
   }
+
+  /// A frame came whose counter is not known, as one that is rejected for its checksum.
+  void note_unknown_counter() noexcept { ++unknown_counters_; }
 
   /// Accepts any next counter value, after the sender was lost.
   void reset_counter() noexcept {

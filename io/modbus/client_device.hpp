@@ -121,6 +121,11 @@ class ClientDevice final : public Device {
     return UnitFaults::problem(injected);
   }
   void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
+  bool silences(const InjectedFault& injected) const noexcept override {
+    const std::chrono::nanoseconds delay(injected.delay_ns);
+    return injected.kind != InjectedFault::Kind::delay || delay > settings_.response_timeout ||
+           delay > settings_.max_age;
+  }
   void set_fault(std::size_t number, bool active) noexcept override {
     faults_.set(number, active);
     if (clock_ != nullptr && pacing_ == Pacing::realtime) wake_signal_.wake();

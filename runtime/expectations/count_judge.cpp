@@ -233,6 +233,8 @@ void check_claim(const Count& claim, const ClaimCheck& check) {
 void check_claim(const Order& claim, const ClaimCheck& check) {
   for (const config::Expression& condition : claim.conditions)
     check.condition(condition);
+  for (std::size_t i = 1; i < claim.conditions.size(); ++i)
+    check.different(claim.conditions[i - 1], claim.conditions[i], "they have no order");
 }
 
 std::vector<signals::SignalId> judged_arrivals_of(const Count& claim, const signals::SignalTable& table) {

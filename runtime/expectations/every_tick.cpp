@@ -68,7 +68,8 @@ class EveryTickJudge final : public Judge {
       result.result = report::ExpectationResult::not_checked;
       result.detail = claim + ": " + shortfall;
     } else {
-      result.detail = claim + ": held for " + std::to_string(result.evaluated_ticks) + " ticks";
+      result.detail = claim + ": held for " + std::to_string(result.evaluated_ticks) +
+                      (result.evaluated_ticks == 1 ? " tick" : " ticks");
     }
     return result;
   }

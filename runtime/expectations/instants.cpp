@@ -39,6 +39,7 @@ std::optional<ExpectedValue> expected_value(const config::InstantCheck& check,
           ? signals::value_named(signal.named_values, *name, signal.name, diagnostics)
           : check_constant(check.value, limit_kind(signal), signal.unit, "'expectation'", diagnostics);
   if (value) expected.value = *value;
+  warn_of_missing_unit(check.value, signal, diagnostics);
   if (check.tolerance) {
     const auto tolerance =
         check_constant(*check.tolerance, ConstantKind::difference, signal.unit, "'tolerance'", diagnostics);

@@ -2,38 +2,67 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "runtime/config/units.hpp"
+#include "runtime/expression/simplify.hpp"
 #include "runtime/signals/signal_expression.hpp"
 #include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {
 
-using Node = config::Expression::Node;
+using expression::NameSource;
 
-bool are_equal(std::span<const Node> nodes, std::uint32_t first, std::uint32_t second) {
-  const Node& a = nodes[first];
-  const Node& b = nodes[second];
-  const auto symbol_of = [](const Node& node) { return node.unit ? node.unit->symbol : ""; };
-  return a.operation == b.operation && a.word.text == b.word.text && a.number == b.number &&
-         symbol_of(a) == symbol_of(b) &&
-         std::ranges::equal(a.parts, b.parts, [&](std::uint32_t of_a, std::uint32_t of_b) {
-           return are_equal(nodes, of_a, of_b);
-         });
+/// Names of one signal are equal; variables stand for themselves.
+NameSource own_names(const signals::KnownSignals& known) {
+  return [&known](std::string_view name) {
+    const auto signal = known.table().find(name);
+    return signal ? known.table().info(*signal).name : std::string(name);
+  };
+}
+NameSource names_of_sources(const signals::KnownSignals& known) {
+  return [&known](std::string_view name) { return known.source_of(name); };
 }
 
-/// Adds the mistake of each comparison of a value with itself.
-void check_operands(const config::Expression& condition, config::Diagnostics& diagnostics) {
+/// The part of an expression that ends with the node.
+config::Expression part_of(const config::Expression& whole, std::uint32_t node) {
+  std::vector<config::Expression::Node> nodes(whole.nodes().begin(), whole.nodes().begin() + node + 1);
+  return whole.with_nodes(std::move(nodes));
+}
+
+/// Adds the mistake of each comparison of a value with itself. False: there is one.
+bool check_operands(const config::Expression& condition, const signals::KnownSignals& known,
+                    config::Diagnostics& diagnostics) {
   using Operation = config::Expression::Operation;
-  for (const Node& node : condition.nodes()) {
+  const std::size_t before = diagnostics.count();
+  for (const config::Expression::Node& node : condition.nodes()) {
     const bool is_comparison =
         node.operation >= Operation::equal && node.operation <= Operation::greater_or_equal;
-    if (is_comparison && are_equal(condition.nodes(), node.parts[0], node.parts[1]))
+    if (is_comparison && expression::are_equal(part_of(condition, node.parts[0]),
+                                               part_of(condition, node.parts[1]), own_names(known)))
       diagnostics.add(node.word.place, "both operands of '" + std::string(config::to_string(node.operation)) +
                                            "' are the same, so the comparison says nothing about the run");
   }
+  return diagnostics.count() == before;
+}
+
+/// 1 or 0 of a condition that is so in all steps, whatever its signals are, by its form or by its constants.
+/// NaN: it depends on them. `constants`: null: those of the expression alone.
+double result_in_all_steps(const config::Expression& condition, const ClaimCheck& check,
+                           const NameSource& source, const signals::KnownSignals* constants) {
+  for (const auto& form : {condition, expression::simplified(condition, source)}) {
+    config::Diagnostics ignored;
+    auto compiled =
+        signals::SignalExpression::compile(form, check.known, {.truth = true, .what = "the condition"},
+                                           {.period_ns = check.period_ns, .seed = 0}, ignored);
+    if (!compiled) continue;
+    if (const double truth = compiled->value_in_all_steps(constants); !std::isnan(truth)) return truth;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 struct ConstantValue {
@@ -88,16 +117,19 @@ bool is_duration(const Node& node, const ClaimCheck& check) {
 }
 
 /// A condition that has one result, whatever is unknown in the run, can not fail or can not hold.
-void check_result(signals::SignalExpression& compiled, const config::Expression& condition,
-                  const signals::KnownSignals& known, config::Diagnostics& diagnostics) {
+void check_result(const config::Expression& condition, const ClaimCheck& check) {
   const auto result_text = [](double truth) { return truth == 0.0 ? "false" : "true"; };
-  if (const double truth = compiled.value_in_all_steps(nullptr); !std::isnan(truth)) {
-    diagnostics.add(condition.place(), std::string("the condition is always ") + result_text(truth) +
-                                           ", whatever its signals are, so it says nothing about the run");
-  } else if (const double with_variables = compiled.value_in_all_steps(&known); !std::isnan(with_variables)) {
-    diagnostics.warn(condition.place(), std::string("the condition is always ") +
-                                            result_text(with_variables) +
-                                            " with the variables of the scenario, so nothing is checked");
+  if (const double truth = result_in_all_steps(condition, check, own_names(check.known), nullptr);
+      !std::isnan(truth)) {
+    check.diagnostics.add(condition.place(),
+                          std::string("the condition is always ") + result_text(truth) +
+                              ", whatever its signals are, so it says nothing about the run");
+  } else if (const double with_variables =
+                 result_in_all_steps(condition, check, names_of_sources(check.known), &check.known);
+             !std::isnan(with_variables)) {
+    check.diagnostics.warn(condition.place(),
+                           std::string("the condition is always ") + result_text(with_variables) +
+                               " with the variables of the scenario, so nothing is checked");
   }
 }
 
@@ -134,11 +166,16 @@ void ClaimCheck::condition(const config::Expression& condition, bool is_for_ever
   auto compiled =
       signals::SignalExpression::compile(condition, known, {.truth = true, .what = "the condition"},
                                          {.period_ns = period_ns, .seed = 0}, diagnostics);
+  const bool has_time = std::ranges::any_of(
+      condition.nodes(), [](const config::Expression::Node& node) { return node.word.text == "time"; });
   if (compiled && compiled->signals().empty())
-    diagnostics.add(condition.place(), "the condition reads no signal, so it says nothing about the run");
-  else if (compiled)
-    check_result(*compiled, condition, known, diagnostics);
-  check_operands(condition, diagnostics);
+    diagnostics.add(condition.place(),
+                    has_time
+                        ? "the condition reads no signal but the run time; 'between', 'by' and rows of a "
+                          "test table are for given times, and a stimulus makes a signal of the time"
+                        : "the condition reads no signal, so it says nothing about the run");
+  else if (check_operands(condition, known, diagnostics) && compiled)
+    check_result(condition, *this);
   if (compiled) times(condition);
   if (!is_for_every_tick) return;
   for (const config::Expression::Node& node : condition.nodes()) {
@@ -149,6 +186,16 @@ void ClaimCheck::condition(const config::Expression& condition, bool is_for_ever
                          "' has no time-out, so the expectation counts as checked after its sender has "
                          "stopped; give its message a 'timeout' ('0 ms' if that is meant)");
   }
+}
+
+void ClaimCheck::different(const config::Expression& first, const config::Expression& second,
+                           const std::string& consequence) const {
+  if (expression::are_equal(first, second, own_names(known)))
+    diagnostics.add(second.place(), "this condition is that before it, so " + consequence);
+  else if (expression::are_equal(first, second, names_of_sources(known)))
+    diagnostics.warn(
+        second.place(),
+        "with the variables of the scenario this condition is that before it, so " + consequence);
 }
 
 report::Expectation held_result(const std::string& name, const Coverage& coverage, const Extent& extent) {

@@ -78,6 +78,10 @@ struct ClaimCheck {
   void times(const config::Expression& expression) const;
   /// Adds the mistakes of a condition. `is_for_every_tick`: warns of signals that are never stale.
   void condition(const config::Expression& condition, bool is_for_every_tick = false) const;
+  /// Adds a mistake at `second` where both conditions are the same, and a warning where variables make them
+  /// so. `consequence`: "each reaction is in time".
+  void different(const config::Expression& first, const config::Expression& second,
+                 const std::string& consequence) const;
 };
 
 /// A claim of a kind of this folder.

@@ -46,6 +46,8 @@ std::shared_ptr<const config::Claim> read_reaction(const config::Value& entry,
 void check_claim(const Reaction& claim, const ClaimCheck& check) {
   check.condition(claim.when);
   check.condition(claim.then);
+  // One that has to stay true may be the condition itself: its pulses are long enough.
+  if (claim.hold_ns == 0) check.different(claim.when, claim.then, "each reaction is in time");
 }
 
 std::vector<signals::SignalId> judged_arrivals_of(const Reaction& claim, const signals::SignalTable& table) {

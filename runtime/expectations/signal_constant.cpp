@@ -60,4 +60,13 @@ double constant_value(const config::Expression& constant, ConstantKind kind, con
   return *value;
 }
 
+void warn_of_missing_unit(const config::Expression& constant, const signals::SignalInfo& signal,
+                          config::Diagnostics& diagnostics) {
+  if (!signal.arrives || !signal.unit.empty()) return;
+  for (const config::Expression::Node& node : constant.nodes()) {
+    if (!node.unit || units::is_si(*node.unit)) continue;
+    return diagnostics.warn(constant.place(), units::missing_unit_text(signal.name, *node.unit));
+  }
+}
+
 }  // namespace hil::expectations

@@ -27,4 +27,8 @@ std::optional<double> check_constant(const config::Expression& constant, Constan
                                      const std::string& unit, const std::string& what,
                                      config::Diagnostics& diagnostics);
 
+/// Warns where the signal has no unit, and the constant one that is not of the SI.
+void warn_of_missing_unit(const config::Expression& constant, const signals::SignalInfo& signal,
+                          config::Diagnostics& diagnostics);
+
 }  // namespace hil::expectations

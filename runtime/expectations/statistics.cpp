@@ -3,6 +3,7 @@
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/expectations/signal_constant.hpp"
+#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {
@@ -109,6 +110,7 @@ std::shared_ptr<const config::Claim> read_statistics(const config::Value& entry,
 void check_step(const StepResponse& step, const signals::SignalInfo& signal, const ClaimCheck& check) {
   const ConstantKind kind = limit_kind(signal);
   const auto of = check_constant(step.of, kind, signal.unit, "'of'", check.diagnostics);
+  warn_of_missing_unit(step.of, signal, check.diagnostics);
   if (!step.from) return;
   const auto from = check_constant(*step.from, kind, signal.unit, "'from'", check.diagnostics);
   if (of && from && *of == *from)
@@ -123,6 +125,11 @@ const char* key_of(Statistics::Figure figure) {
   return keys[figure];
 }
 
+bool has_rms(const signals::SignalInfo& signal) {
+  const auto unit = units::parse_unit(signal.unit);
+  return !unit || unit->offset == 0.0 || signal.value_kind == units::ValueKind::difference;
+}
+
 void check_claim(const Statistics& claim, const ClaimCheck& check) {
   const signals::SignalId signal = check.known.find(claim.signal, check.diagnostics);
   if (!signal.valid()) return;
@@ -134,6 +141,14 @@ void check_claim(const Statistics& claim, const ClaimCheck& check) {
     std::optional<double> min, max;
     if (limits.min) min = check_constant(*limits.min, kind, info.unit, "'min'", check.diagnostics);
     if (limits.max) max = check_constant(*limits.max, kind, info.unit, "'max'", check.diagnostics);
+    for (const auto* limit : {&limits.min, &limits.max}) {
+      if (!*limit) continue;
+      warn_of_missing_unit(**limit, info, check.diagnostics);
+      if (figure == Statistics::rms && !has_rms(info))
+        check.diagnostics.add((*limit)->place(), "'rms' of a temperature in " + info.unit +
+                                                     " depends on where its scale begins; limit 'mean' and "
+                                                     "'standard_deviation', or give the signal the unit K");
+    }
     if (min && max && *max < *min) {
       check.diagnostics.add(limits.max->place(), "'max': " + config::in_quotes(limits.max->text()) +
                                                      " is less than 'min', " +

@@ -53,6 +53,8 @@ struct Statistics {
 
 /// "standard_deviation", the key of the figure.
 const char* key_of(Statistics::Figure figure);
+/// False: a temperature in degC or degF, whose squares depend on where the scale begins.
+bool has_rms(const signals::SignalInfo& signal);
 
 void check_claim(const Statistics& claim, const ClaimCheck& check);
 std::vector<signals::SignalId> judged_arrivals_of(const Statistics& claim, const signals::SignalTable& table);

@@ -62,6 +62,7 @@ class StatisticsJudge final : public Judge {
         signal_(*context.table.find(claim.signal.text)),
         unit_(context.table.info(signal_).unit),
         limit_kind_(limit_kind(context.table.info(signal_))),
+        has_rms_(has_rms(context.table.info(signal_))),
         difference_(units::difference_unit(unit_)),
         coverage_({signal_}, context.table, context.arrivals, context.expectation) {
     if (claim.overshoot) overshoot_of_ = values_of(claim.overshoot->step);
@@ -241,6 +242,7 @@ class StatisticsJudge final : public Judge {
     std::string text;
     for (const auto figure : {Statistics::mean, Statistics::rms, Statistics::standard_deviation,
                               Statistics::smallest, Statistics::largest}) {
+      if (figure == Statistics::rms && !has_rms_) continue;
       const std::string& unit = figure == Statistics::standard_deviation ? difference_.symbol : unit_;
       text += (text.empty() ? "" : ", ") + words_of(figure) + " " +
               report::to_ascii(report::quantity_text(value_of(figure), unit));
@@ -259,6 +261,7 @@ class StatisticsJudge final : public Judge {
   const signals::SignalId signal_;
   const std::string unit_;
   const ConstantKind limit_kind_;
+  const bool has_rms_;
   const units::DifferenceUnit difference_;
   Coverage coverage_;
   StepChange overshoot_of_, settling_of_;

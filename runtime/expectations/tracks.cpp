@@ -218,6 +218,7 @@ void check_claim(const Tracks& claim, const ClaimCheck& check) {
     const auto tolerance =
         check_constant(claim.tolerance, ConstantKind::difference, check.known.table().info(signal).unit,
                        "'tolerance'", check.diagnostics);
+    warn_of_missing_unit(claim.tolerance, check.known.table().info(signal), check.diagnostics);
     if (tolerance && *tolerance <= 0.0) {
       check.diagnostics.add(claim.tolerance.place(),
                             "'tolerance': " + config::in_quotes(claim.tolerance.text()) + " is not above 0");

@@ -61,6 +61,12 @@ class CallTyping {
         operands_.fail(i, in_quotes(function.name) + ": " + std::string(problem));
         return false;
       }
+      std::vector<double> with_names = constants;
+      for (std::size_t k = 0; k < constants.size(); ++k)
+        if (const auto value = operands_.named_constant(operands_.node(i).parts[k])) with_names[k] = *value;
+      if (const std::string_view problem = function.problem(with_names); !problem.empty())
+        operands_.warn(i, in_quotes(function.name) + ": " + std::string(problem) +
+                              ", with the variables of the scenario");
     }
     const bool has_result = function.state_size > 0 || function.reports_known ||
                             std::ranges::any_of(constants, [](double value) { return std::isnan(value); });
@@ -120,6 +126,8 @@ class CallTyping {
         operands_.fail(part, in_quotes(operands_.name_of(i)) + " needs a plain number; this is in " +
                                  unit_text(operands_[part]));
         return false;
+      case 'n':
+        return check_number(i, part);
       case 's':
       case 'S':
         return check_duration(i, part, kind == 'S');
@@ -139,6 +147,20 @@ class CallTyping {
         common = operands_[part];
         return true;
     }
+  }
+
+  /// A share or an angle is no number by itself: the number of 5 % is 5 or 0.05.
+  bool check_number(std::size_t i, std::uint32_t part) {
+    if (!operands_.need_number(i, part)) return false;
+    const Type& type = operands_[part];
+    const bool has_unit = type.kind == Type::Kind::opaque || !type.is_plain() || type.angle.exponent != 0 ||
+                          (type.unit && !units::is_si(*type.unit));
+    if (!has_unit) return true;
+    const bool is_angle = type.is_plain() && (!type.unit || type.unit->symbol == "1");
+    const std::string unit = !is_angle ? unit_text(type) : type.angle.in_turns ? "rev" : "rad";
+    operands_.fail(part, in_quotes(operands_.name_of(i)) + " needs a plain number; this is in " + unit +
+                             (type.is_point() ? std::string() : "; divide it by 1 " + unit));
+    return false;
   }
 
   bool check_duration(std::size_t i, std::uint32_t part, bool is_constant) {
@@ -210,7 +232,9 @@ class CallTyping {
         return operands_.fail(i,
                               in_quotes(common.opaque_unit) + " is not a known unit, so the result has none");
       Type result = quantity(*dimension);
-      result.angle = {common.angle.exponent, common.angle.in_turns, true};
+      result.angle = {common.angle.exponent, common.angle.in_turns, !common.angle.is_cycles};
+      const bool is_frequency = units::is_rate(common.dimension) && !common.angle.is_open;
+      result.angle.is_cycles = dimension->is_one() && common.angle.exponent == 0 && is_frequency;
       if (common.kind == Type::Kind::bare || (common.unit && units::is_si(*common.unit)))
         result.unit = natural_unit(result);
       return result;

@@ -146,10 +146,11 @@ class Compiler {
     const auto unit = units::parse_unit(symbol);
     if (!unit) return {.kind = Type::Kind::opaque, .opaque_unit = symbol};
     types_.conversion(i) = unit->to_si();
+    if (variables_[i]->constant) types_.named_constant(i) = unit->to_si(*variables_[i]->constant);
     Type type = quantity(*unit);
     type.lacks_unit = variables_[i]->lacks_unit;
     if (variables_[i]->value_kind == units::ValueKind::as_unit) return type;
-    type.angle.is_open = type.unit->angle.is_open = true;
+    type.angle = type.unit->angle = units::angle_of(*unit, units::ValueKind::open);
     if (type.temperature == Temperature::kelvin)
       type.temperature = variables_[i]->value_kind == units::ValueKind::difference ? Temperature::difference
                                                                                    : Temperature::open;
@@ -231,6 +232,8 @@ class Compiler {
     const auto both = types_.common_type(i, left, right, BareNumber::is_value);
     if (!both) return {};
     for (const auto& [part, other] : {std::pair(left, right), std::pair(right, left)}) {
+      if (types_[part].constant && !std::isfinite(*types_[part].constant))
+        return types_.fail(part, "this constant has no value, so the comparison is unknown in every step");
       if (auto reason = constant_comparison(nodes_, i, part, types_[other].constant))
         return types_.fail(other, *reason);
     }
@@ -340,7 +343,9 @@ class Compiler {
     if (is_factor(b, a) || (is_factor(a, b) && !divides)) {
       const Type& scaled = is_factor(b, a) ? a : b;
       type.temperature = scaled.temperature;
+      const bool is_cycles = type.angle.is_cycles;
       type.angle = scaled.angle;
+      type.angle.is_cycles = is_cycles;
       type.unit = scaled.unit;
       return type;
     }
@@ -378,7 +383,16 @@ class Compiler {
     type.angle = {.exponent = static_cast<std::int8_t>(exponent),
                   .in_turns = exponent != 0 && (a.angle.in_turns || b.angle.in_turns),
                   .is_open = true};
+    const bool is_number = type.dimension.is_one() && exponent == 0 && power != 0;
+    type.angle.is_cycles = is_number && counts_cycles(a) != counts_cycles(b);
     return true;
+  }
+
+  /// A frequency, or a number of cycles.
+  static bool counts_cycles(const Type& type) {
+    const bool is_frequency =
+        units::is_rate(type.dimension) && type.angle.exponent == 0 && !type.angle.is_open;
+    return type.angle.is_cycles || is_frequency;
   }
 
   Type minus_type(std::size_t i) {
@@ -444,7 +458,7 @@ class Compiler {
     const Unit unit = type.unit && !is_difference ? *type.unit : natural_unit(type);
     if (is_difference) {
       program_.value_kind_ = units::ValueKind::difference;
-    } else if (type.temperature == Temperature::open ||
+    } else if (type.temperature == Temperature::open || type.angle.is_cycles ||
                (units::is_rate(type.dimension) && type.angle.exponent == 0 && type.angle.is_open)) {
       program_.value_kind_ = units::ValueKind::open;
     }
@@ -514,6 +528,7 @@ class Compiler {
                                  : ""));
       return;
     }
+    types_.warn_of_missing_unit(last, quantity(*unit));
     if (spec.is_difference && !types_.take_difference(last, spec.what)) return;
     if (type.temperature == Temperature::difference) {
       if (unit->offset != 0.0) {

@@ -353,6 +353,11 @@ std::string_view problem_of_limits(std::span<const double> arguments) {
 std::string_view problem_of_time_constant(std::span<const double> arguments) {
   return arguments[1] < 0.0 ? "its time constant is below 0" : std::string_view();
 }
+/// A falling rate of 0 holds the greatest value.
+std::string_view problem_of_rate(std::span<const double> arguments) {
+  if (arguments[1] <= 0.0) return "its rate is not above 0";
+  return arguments.size() > 2 && arguments[2] < 0.0 ? "its falling rate is below 0" : std::string_view();
+}
 std::string_view problem_of_deviation(std::span<const double> arguments) {
   return arguments[0] < 0.0 ? "its deviation is below 0" : std::string_view();
 }
@@ -377,14 +382,14 @@ constexpr Function table[] = {
      .arguments = "x, low, high",
      .about = "x, but at least low and at most high."},
     {.name = "sqrt", .signature = "r:R", .value = root, .arguments = "x", .about = "The square root."},
-    {.name = "exp", .signature = "1:1", .value = exponential, .arguments = "x", .about = "e to the x."},
+    {.name = "exp", .signature = "n:1", .value = exponential, .arguments = "x", .about = "e to the x."},
     {.name = "ln",
-     .signature = "1:1",
+     .signature = "n:1",
      .value = logarithm,
      .arguments = "x",
      .about = "The natural logarithm."},
     {.name = "log10",
-     .signature = "1:1",
+     .signature = "n:1",
      .value = decimal_logarithm,
      .arguments = "x",
      .about = "The decimal logarithm."},
@@ -424,17 +429,17 @@ constexpr Function table[] = {
      .arguments = "x",
      .about = "-1, 0 or 1."},
     {.name = "floor",
-     .signature = "1:1",
+     .signature = "n:1",
      .value = floor_of,
      .arguments = "x",
      .about = "The largest whole number that is not above x."},
     {.name = "ceil",
-     .signature = "1:1",
+     .signature = "n:1",
      .value = ceiling_of,
      .arguments = "x",
      .about = "The smallest whole number that is not below x."},
     {.name = "round",
-     .signature = "1:1",
+     .signature = "n:1",
      .value = rounded,
      .arguments = "x",
      .about = "The nearest whole number; halves away from 0."},
@@ -474,6 +479,7 @@ constexpr Function table[] = {
      .signature = "qv[v]:q",
      .state_size = 3,
      .value = rate_limited,
+     .problem = problem_of_rate,
      .arguments = "x, rate, [falling_rate]",
      .about = "Follows x at no more than the rate."},
     {.name = "hysteresis",

@@ -40,7 +40,8 @@ struct Call {
 /// How a function is called, as text: the kinds of its arguments and of its result, "qqq:q".
 ///   q  a quantity; all q of a signature have one dimension
 ///   r  a quantity of any dimension; the result R has the square root of it
-///   1  a plain number
+///   1  a plain number; an angle or a share counts in the SI
+///   n  a plain number, and no angle and no share
 ///   t  a truth
 ///   s  a duration
 ///   S  a duration that is a constant

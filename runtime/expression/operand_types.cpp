@@ -71,7 +71,7 @@ Unit natural_unit(const Type& type) {
 }
 std::string unit_text(const Type& type) {
   if (type.kind == Type::Kind::opaque) return type.opaque_unit;
-  if (type.unit && !type.unit->symbol.empty()) return type.unit->symbol;
+  if (type.unit && !type.unit->symbol.empty() && type.unit->symbol != "1") return type.unit->symbol;
   return type.dimension.is_one() ? plain_number : natural_unit(type).symbol;
 }
 std::string in_unit_text(const Type& type) {
@@ -88,6 +88,10 @@ std::string described(const Type& type) {
 Type OperandTypes::fail(std::size_t node, const std::string& message) {
   diagnostics_.add(nodes_[node].word.place, message);
   return {};
+}
+
+void OperandTypes::warn(std::size_t node, const std::string& message) {
+  diagnostics_.warn(nodes_[node].word.place, message);
 }
 
 std::optional<Type> OperandTypes::common_type(std::size_t at, std::uint32_t first, std::uint32_t second,
@@ -251,7 +255,9 @@ std::optional<units::Angle> OperandTypes::convert_to_common_angle(std::size_t at
   }
   const bool is_settled = a.exponent == b.exponent || units::is_rate(dimension);
   if (!is_settled) return units::Angle{.is_open = true};
-  return a.exponent == 0 && a.is_open ? b : a;
+  units::Angle angle = a.exponent == 0 && a.is_open ? b : a;
+  angle.is_cycles = a.is_cycles || b.is_cycles;
+  return angle;
 }
 
 bool OperandTypes::take_angle(std::uint32_t part, const units::Angle& angle) {
@@ -280,6 +286,8 @@ bool OperandTypes::take_angle(std::uint32_t part, const units::Angle& angle) {
 
 void OperandTypes::warn_of_missing_unit(std::uint32_t part, const Type& other) {
   if (!types_[part].lacks_unit || !other.unit || units::is_si(*other.unit)) return;
+  while (nodes_[part].operation != Operation::name && !nodes_[part].parts.empty())
+    part = nodes_[part].parts.front();  // abs(x) is what x is
   diagnostics_.warn(nodes_[part].word.place, units::missing_unit_text(nodes_[part].word.text, *other.unit));
 }
 
@@ -290,8 +298,12 @@ std::optional<Type> OperandTypes::type_of_number_beside(std::size_t at, std::uin
   type.constant.reset();
   if (type.kind == Type::Kind::opaque) return type;
   if (!type.unit) {
-    fail(bare, "this number needs a unit: the other side of " + in_quotes(name_of(at)) + " is in " +
-                   units::si_symbol(type.dimension) + ", computed from several units");
+    const std::string other_side = "this number needs a unit: the other side of " + in_quotes(name_of(at));
+    fail(bare,
+         other_side + (type.dimension.is_one()
+                           ? " is a share or an angle, computed from several units; write it in %, "
+                             "deg, rad or rev"
+                           : " is in " + units::si_symbol(type.dimension) + ", computed from several units"));
     return std::nullopt;
   }
   if (type.unit->offset != 0.0 && bare_number == BareNumber::may_be_difference) {

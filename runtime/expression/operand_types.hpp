@@ -80,7 +80,11 @@ class OperandTypes {
  public:
   /// The nodes and the diagnostics outlive it.
   OperandTypes(std::span<const config::Expression::Node> nodes, config::Diagnostics& diagnostics)
-      : nodes_(nodes), diagnostics_(diagnostics), types_(nodes.size()), conversions_(nodes.size()) {}
+      : nodes_(nodes),
+        diagnostics_(diagnostics),
+        types_(nodes.size()),
+        conversions_(nodes.size()),
+        named_constants_(nodes.size()) {}
 
   const config::Expression::Node& node(std::size_t index) const { return nodes_[index]; }
   Type& operator[](std::size_t index) { return types_[index]; }
@@ -92,6 +96,9 @@ class OperandTypes {
 
   /// Adds a mistake, and returns the type of an operand with one.
   Type fail(std::size_t node, const std::string& message);
+  void warn(std::size_t node, const std::string& message);
+  /// The value in the SI of a name that has it in each step, where the scenario makes it so.
+  std::optional<double>& named_constant(std::size_t node) { return named_constants_[node]; }
   /// The steps of all delays of the scenario, with those of the delay at the node.
   std::uint64_t add_delay(std::size_t node, std::uint64_t steps) {
     return diagnostics_.add_delay(nodes_[node].word.place, steps);
@@ -111,6 +118,8 @@ class OperandTypes {
   bool take_difference(std::uint32_t part, const std::string& reader);
   /// False: the value does not convert to this angle (units::two_pi_exponent_between).
   bool take_angle(std::uint32_t part, const units::Angle& angle);
+  /// Warns where a signal that lacks a unit is beside a value in one that is not of the SI.
+  void warn_of_missing_unit(std::uint32_t part, const Type& other);
   /// False with a mistake: `part` is a truth.
   bool need_number(std::size_t at, std::uint32_t part);
   /// False with a mistake: `part` is neither a truth nor a plain number. `reader` needs it: "'and'".
@@ -126,12 +135,12 @@ class OperandTypes {
   std::optional<units::Angle> convert_to_common_angle(std::size_t at, std::uint32_t first,
                                                       std::uint32_t second);
   void settle_as_difference(std::uint32_t part);
-  void warn_of_missing_unit(std::uint32_t part, const Type& other);
 
   const std::span<const config::Expression::Node> nodes_;
   config::Diagnostics& diagnostics_;
   std::vector<Type> types_;
   std::vector<units::Conversion> conversions_;
+  std::vector<std::optional<double>> named_constants_;
   std::set<std::uint32_t> is_tested_;
 };
 

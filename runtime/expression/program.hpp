@@ -53,6 +53,7 @@ struct Variable {
   units::ValueKind value_kind = units::ValueKind::as_unit;
   /// It comes from a device, and nothing gives it a unit: beside one that is not of the SI it adds a warning.
   bool lacks_unit = false;
+  std::optional<double> constant{};  ///< its value in each step, where the scenario makes it so
 };
 
 /// The names that an expression may use. `time`, the run time in seconds, is one of all expressions.

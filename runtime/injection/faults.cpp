@@ -12,6 +12,7 @@
 #include "runtime/modules/splitmix64.hpp"
 #include "runtime/signals/signal_expression.hpp"
 #include "runtime/signals/value_names.hpp"
+#include "runtime/units/unit.hpp"
 
 namespace hil::injection {
 
@@ -173,6 +174,13 @@ void Faults::compile(const config::Scenario& scenario, const signals::KnownSigna
     if (!section.value || fault->effect == nullptr) continue;
     const SignalId signal = *known.table().find(section.subject.text);
     const signals::SignalInfo& info = known.table().info(signal);
+    if (section.kind == FaultSection::Kind::gain && units::difference_unit(info.unit).symbol != info.unit) {
+      diagnostics.add(section.value->place(), "fault '" + section.name.text + "': a gain of '" + info.name +
+                                                  "', a temperature in " + info.unit +
+                                                  ", depends on where its scale begins; use 'offset', or "
+                                                  "give the signal the unit K");
+      continue;
+    }
     const FaultValueUnit wanted = fault_value_unit(section.kind, info.unit);
     const auto names = section.kind == FaultSection::Kind::stuck ? info.named_values : no_names;
     const auto given = signals::with_named_values(*section.value, names, info.name, known, diagnostics);

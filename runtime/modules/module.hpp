@@ -49,6 +49,13 @@ struct Port {
   units::ValueKind value_kind = units::ValueKind::as_unit;  ///< of an output's values
 };
 
+/// Layers in which a module finds bodies other than those named, so that one of them has to have such a body.
+struct BodySearch {
+  std::vector<config::Word> layers;
+  std::vector<config::Word> without{};
+  bool is_whole_purpose = true;  ///< false: a scan or an image without a body is a result too
+};
+
 struct Ports {
   std::vector<Port> inputs;
   std::vector<Port> outputs;
@@ -56,9 +63,7 @@ struct Ports {
   /// world.entities or of an earlier module.
   std::vector<config::Word> layers{};
   std::vector<config::Word> bodies{};
-  /// Whether the module searches `layers` for bodies other than `bodies`, so that one of these layers has to
-  /// have such a body.
-  bool searches_layers = false;
+  std::vector<BodySearch> searches{};
   /// Materials of world.materials that the parameters name, with their places.
   std::vector<config::Word> materials{};
   /// The same of world.lights.

@@ -3,9 +3,11 @@
 // a task with the device's rate releases its outputs. Under the virtual clock the same task exchanges
 // frames with the device in lock-step.
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,11 @@ class DeviceLink final : public executive::Task {
   void latch_inputs(std::int64_t time_ns) noexcept;
   /// Whether an input of the group was fresh when inputs were latched last. Base thread.
   bool is_fresh(std::size_t group) const noexcept { return fresh_[group] != 0; }
+  bool is_fresh_input(std::size_t input) const noexcept { return samples_[input].fresh; }
+  /// The time of the newest value of these inputs, as they were latched last. Base thread.
+  std::int64_t newest_ns(std::size_t first, std::size_t count) const noexcept {
+    return std::ranges::max(std::span(samples_).subspan(first, count), {}, &io::Sample::time_ns).time_ns;
+  }
   /// Base thread. While `hold` is true, step() releases the safe values of the outputs instead of their
   /// signals.
   void hold_safe_values(bool hold) noexcept { holds_safe_values_ = hold; }

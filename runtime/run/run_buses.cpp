@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "runtime/expectations/kinds.hpp"
+#include "runtime/run/read_signals.hpp"
 
 namespace hil::run {
 namespace {
@@ -100,7 +101,7 @@ void RunBuses::start_remaining_devices() {
 }
 
 void RunBuses::watch_inputs() {
-  std::vector<InputWatch::InputGroupRule> group_rules;
+  std::vector<InputWatch::InputRule> rules;
   for (std::size_t bus = 0; bus < buses_.size(); ++bus) {
     const config::BusSection& section = *buses_[bus].wired->section;
     const io::Device& device = buses_[bus].device->device();
@@ -108,16 +109,35 @@ void RunBuses::watch_inputs() {
     for (std::size_t group = 0; group < device.input_groups().size(); ++group) {
       const io::InputGroup& inputs = device.input_groups()[group];
       const buses::InputRule rule = buses_[bus].wired->bus->input_rule(group);
-      group_rules.push_back(
-          {.name = section.type->input_noun + " " + section.full_name() + "." + inputs.name,
-           .has_to_come = rule.has_to_come,
-           .recovery_ns = inputs.timeout_ns > 0 ? inputs.timeout_ns : device.loss_timeout_ns(),
-           .max_rejected = rule.max_rejected});
+      rules.push_back({.name = section.type->input_noun + " " + section.full_name() + "." + inputs.name,
+                       .has_to_come = rule.has_to_come,
+                       .recovery_ns = inputs.timeout_ns > 0 ? inputs.timeout_ns : device.loss_timeout_ns(),
+                       .max_rejected = rule.max_rejected});
       inputs_.push_back({bus, group});
     }
   }
+  watch_read_signals(rules);
   input_states_.resize(inputs_.size());
-  input_watch_.emplace(std::move(group_rules), context_.scenario.base_period_ns);
+  input_watch_.emplace(std::move(rules), context_.scenario.base_period_ns);
+}
+
+void RunBuses::watch_read_signals(std::vector<InputWatch::InputRule>& rules) {
+  const std::vector<signals::SignalId> read = signals_read_in(wiring_);
+  const std::size_t groups = inputs_.size();
+  for (std::size_t i = 0; i < groups; ++i) {
+    const std::size_t bus = inputs_[i].bus, number = inputs_[i].group;
+    const io::InputGroup& group = buses_[bus].device->device().input_groups()[number];
+    if (group.count == 1) continue;
+    for (std::size_t input = group.first; input < group.first + group.count; ++input) {
+      const signals::SignalId signal = buses_[bus].wired->links.inputs[input];
+      if (std::ranges::find(read, signal) == read.end()) continue;
+      rules.push_back({.name = "signal " + wiring_.signals.info(signal).name,
+                       .has_to_come = rules[i].has_to_come,
+                       .recovery_ns = rules[i].recovery_ns,
+                       .group = i});
+      inputs_.push_back({.bus = bus, .group = number, .input = input});
+    }
+  }
 }
 
 std::string RunBuses::address_of(const std::string& section, const std::string& name) const {
@@ -138,10 +158,11 @@ void RunBuses::add_tasks(executive::Executive& executive) {
 }
 
 void RunBuses::set_fault(const BusFault& fault, const std::string& name, bool active) noexcept {
-  links_[fault.bus]->device().set_fault(fault.number, active);
+  io::Device& device = links_[fault.bus]->device();
+  device.set_fault(fault.number, active);
   if (!fault.injected.message.empty()) return;
   loss_watch_->set_fault(fault.bus, name, active);
-  set_inputs_silenced(fault.bus, active);
+  if (device.silences(fault.injected)) set_inputs_silenced(fault.bus, active);
 }
 
 std::uint64_t RunBuses::fault_count(const BusFault& fault) const noexcept {
@@ -170,13 +191,17 @@ void RunBuses::set_inputs_silenced(std::size_t bus, bool active) noexcept {
 
 void RunBuses::end_tick(std::int64_t time_ns) noexcept {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    const auto [bus, group, faulted_before] = inputs_[i];
+    const auto [bus, group, input, faulted_before, newest_before_ns] = inputs_[i];
     const io::Device& device = links_[bus]->device();
     const bool is_connected = device.connected() && device.has_answered();
     const bool is_lost = buses_[bus].lacks_program->load(std::memory_order_relaxed) ||
                          (buses_[bus].wired->section->may_be_lost && !is_connected);
-    inputs_[i].faulted = device.faulted_frames(group);
-    input_states_[i] = {.is_fresh = links_[bus]->is_fresh(group),
+    inputs_[i].faulted = input ? device.faulted_values(*input) : device.faulted_frames(group);
+    const io::InputGroup& all = device.input_groups()[group];
+    inputs_[i].newest_ns = links_[bus]->newest_ns(input.value_or(all.first), input ? 1 : all.count);
+    const bool is_fresh = input ? links_[bus]->is_fresh_input(*input) : links_[bus]->is_fresh(group);
+    input_states_[i] = {.is_fresh = is_fresh,
+                        .has_come = is_fresh && inputs_[i].newest_ns > newest_before_ns,
                         .is_faulted = inputs_[i].faulted != faulted_before,
                         .is_permitted_loss = is_lost};
   }
@@ -295,7 +320,9 @@ std::vector<contribution::BusRow> RunBuses::input_rows(const RunningBus& bus) co
 std::vector<std::string> RunBuses::input_failures() const {
   std::vector<std::string> all;
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    const io::RejectedFrames rejected = buses_[inputs_[i].bus].device->device().rejected(inputs_[i].group);
+    const WatchedInput& input = inputs_[i];
+    const io::RejectedFrames rejected =
+        input.input ? io::RejectedFrames{} : buses_[input.bus].device->device().rejected(input.group);
     for (std::string& sentence : input_watch_->failures(i, rejected))
       all.push_back(std::move(sentence));
   }

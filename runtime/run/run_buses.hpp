@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -108,13 +109,17 @@ class RunBuses {
     std::size_t first_input = 0;  ///< of its groups of inputs among those of all buses
     std::unique_ptr<std::atomic<bool>> lacks_program = std::make_unique<std::atomic<bool>>(false);
   };
-  /// A group of inputs of a bus.
+  /// A group of inputs of a bus, or an input of one.
   struct WatchedInput {
     std::size_t bus = 0;
     std::size_t group = 0;
-    std::uint64_t faulted = 0;  ///< its frames on which faults had acted at the last tick
+    std::optional<std::size_t> input{};
+    std::uint64_t faulted = 0;  ///< what faults had taken of it at the last tick
+    std::int64_t newest_ns = std::numeric_limits<std::int64_t>::min();  ///< of its values then
   };
   void watch_inputs();
+  /// The inputs of groups of several that something reads.
+  void watch_read_signals(std::vector<InputWatch::InputRule>& rules);
   /// A fault that keeps all values of the bus from coming begins or ends.
   void set_inputs_silenced(std::size_t bus, bool active) noexcept;
   /// What the report shows of the inputs of a bus.
@@ -134,7 +139,7 @@ class RunBuses {
   std::vector<std::unique_ptr<DeviceLink>> links_;  ///< by bus
   std::optional<DeviceWatch> device_watch_;
   std::optional<LossWatch> loss_watch_;
-  std::vector<WatchedInput> inputs_;             ///< of all buses
+  std::vector<WatchedInput> inputs_;             ///< groups of all buses, then inputs
   std::vector<InputWatch::State> input_states_;  ///< of the tick, by input
   std::optional<InputWatch> input_watch_;
 };

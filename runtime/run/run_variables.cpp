@@ -65,6 +65,8 @@ void RunVariables::declare(const config::Scenario& scenario, signals::KnownSigna
          .value_kind = compiled->value_kind()});
     if (const double value = compiled->value_in_all_steps(&known); !std::isnan(value))
       known.set_constant(signal, value);
+    if (const auto& nodes = variable.expression->nodes(); nodes.size() == 1)
+      known.set_source(variable.name.text, nodes.front().word.text);
     // What reads the variable reads what it is computed from.
     for (signals::ReadObserver* const observer : known.table().read_observers(compiled->signals()))
       known.table().add_read_observer(signal, *observer);

@@ -101,37 +101,46 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
   }
 }
 
-/// A module that searches layers without any other body could never find one.
+/// Whether a layer of the search has a body that it can find.
+bool has_body(const modules::BodySearch& search, const Wiring& wiring) {
+  const auto is_searched = [&](const Word& layer) {
+    return std::ranges::find(search.layers, layer.text, &Word::text) != search.layers.end();
+  };
+  const auto is_left_out = [&](const std::string& name) {
+    return std::ranges::find(search.without, name, &Word::text) != search.without.end();
+  };
+  const auto is_found = [&](const config::WorldEntity& entity) {
+    return entity.is_body() && !is_left_out(entity.name.text) &&
+           std::ranges::any_of(entity.mask, is_searched);
+  };
+  if (std::ranges::any_of(wiring.scenario->world.entities, is_found)) return true;
+  for (const WiredModule& maker : wiring.modules) {
+    const modules::Ports& ports = maker.module->ports();
+    for (std::size_t i = 0; i < std::min(ports.makes.size(), ports.layers_of_made.size()); ++i)
+      if (!is_left_out(maker.section->module.text + "." + ports.makes[i]) &&
+          is_searched(ports.layers_of_made[i]))
+        return true;
+  }
+  return false;
+}
+
+/// A module that searches layers without any other body could never find one: a mistake where it does nothing
+/// else, and else a warning.
 void check_searched_layers(const Wiring& wiring, Diagnostics& diagnostics) {
   if (!all_modules_exist(wiring)) return;  // the layers of their bodies are not known
   for (const WiredModule& wired : wiring.modules) {
-    const modules::Ports& ports = wired.module->ports();
-    if (!ports.searches_layers) continue;
-    const auto is_searched = [&](const Word& layer) {
-      return std::ranges::any_of(ports.layers,
-                                 [&](const Word& searched) { return searched.text == layer.text; });
-    };
-    const auto is_itself = [&](const std::string& name) {
-      return std::ranges::any_of(ports.bodies, [&](const Word& body) { return body.text == name; });
-    };
-    bool has_body =
-        std::ranges::any_of(wiring.scenario->world.entities, [&](const config::WorldEntity& entity) {
-          return entity.is_body() && !is_itself(entity.name.text) &&
-                 std::ranges::any_of(entity.mask, is_searched);
-        });
-    for (const WiredModule& maker : wiring.modules) {
-      const modules::Ports& maker_ports = maker.module->ports();
-      for (std::size_t i = 0; i < std::min(maker_ports.makes.size(), maker_ports.layers_of_made.size()); ++i)
-        has_body = has_body || (!is_itself(maker.section->module.text + "." + maker_ports.makes[i]) &&
-                                is_searched(maker_ports.layers_of_made[i]));
+    for (const modules::BodySearch& search : wired.module->ports().searches) {
+      if (has_body(search, wiring)) continue;
+      std::string layers;
+      for (const Word& layer : search.layers)
+        layers += (layers.empty() ? "'" : ", '") + layer.text + "'";
+      const std::string text = "module " + wired.section->module.text + " searches " + layers +
+                               ", where there is no other body, so it could never find one";
+      if (search.is_whole_purpose)
+        diagnostics.add(search.layers.front().place, text);
+      else
+        diagnostics.warn(search.layers.front().place, text);
     }
-    if (has_body) continue;
-    std::string layers;
-    for (const Word& layer : ports.layers)
-      layers += (layers.empty() ? "'" : ", '") + layer.text + "'";
-    diagnostics.add(ports.layers.front().place,
-                    "module " + wired.section->module.text + " searches " + layers +
-                        ", where there is no other body, so it could never find one");
   }
 }
 

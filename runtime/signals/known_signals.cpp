@@ -59,6 +59,14 @@ bool KnownSignals::is_undeclared(std::string_view name) const {
   return std::ranges::any_of(undeclared_, [&](const auto& prefix) { return name.starts_with(prefix); });
 }
 
+std::string KnownSignals::source_of(std::string_view name) const {
+  const auto signal = table_.find(name);
+  if (!signal) return std::string(name);
+  const std::string& own_name = table_.info(*signal).name;
+  const auto source = sources_.find(own_name);
+  return source == sources_.end() ? own_name : source->second;
+}
+
 units::Conversion KnownSignals::conversion_for(SignalId signal, const std::string& reader,
                                                const std::string& unit_of_reader, const config::Place& place,
                                                config::Diagnostics& diagnostics) const {
@@ -81,9 +89,7 @@ units::Conversion KnownSignals::conversion_for(SignalId signal, const std::strin
   else if (value_kind == units::ValueKind::difference && to->offset != 0.0)
     hint = "; it is a difference of temperatures";
   else if (from->dimension == to->dimension)
-    hint = units::angle_hint(
-        from->dimension, {from->angle.exponent, from->angle.in_turns, value_kind == units::ValueKind::open},
-        to->angle);
+    hint = units::angle_hint(from->dimension, units::angle_of(*from, value_kind), to->angle);
   diagnostics.add(place, "'" + name + "' is in " + text(unit) + ", but '" + reader + "' is in " +
                              text(unit_of_reader) + hint);
   return {};

@@ -60,6 +60,14 @@ class KnownSignals {
     return found == constants_.end() ? std::nullopt : std::optional(found->second);
   }
 
+  /// A variable that is another signal: `source` is a name of it.
+  void set_source(const std::string& variable, const std::string& source) {
+    sources_.emplace(variable, source_of(source));
+  }
+  /// The name of the signal that the name stands for, also by way of variables; the name itself if there is
+  /// none.
+  std::string source_of(std::string_view name) const;
+
   /// Adds the new relations that the expression reads to those given, and their signals to the table.
   void add_relations(const config::Expression& expression) const;
 
@@ -83,6 +91,7 @@ class KnownSignals {
   std::map<std::uint32_t, std::string> imprecise_;  ///< by index of the signal
   std::set<std::uint32_t> never_stale_;             ///< by index of the signal
   std::map<std::uint32_t, double> constants_;       ///< by index of the signal
+  std::map<std::string, std::string> sources_;      ///< by variable
 };
 
 /// The value with this name; empty with a mistake when there is none, or several (NaN). `signal`: the name of

@@ -26,7 +26,8 @@ std::optional<expression::Variable> SignalScope::find(std::string_view name) con
                               .unit = info.unit,
                               .named_values = &info.named_values,
                               .value_kind = info.value_kind,
-                              .lacks_unit = info.arrives && info.unit.empty()};
+                              .lacks_unit = info.arrives && info.unit.empty(),
+                              .constant = known_ == nullptr ? std::nullopt : known_->constant(*signal)};
 }
 
 bool SignalScope::is_broken(std::string_view name) const {

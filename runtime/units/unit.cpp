@@ -54,13 +54,14 @@ constexpr std::array<Symbol, 29> prefixable{{
     {"Ah", {0, 0, 1, 1}, 3600.0},
 }};
 
-constexpr std::array<Symbol, 26> without_prefix{{
+constexpr std::array<Symbol, 27> without_prefix{{
     {"min", {0, 0, 1}, 60.0},
     {"h", {0, 0, 1}, 3600.0},
     {"d", {0, 0, 1}, 86400.0},
     {"sec", {0, 0, 1}},
     {"msec", {0, 0, 1}, 1.0, 1000.0},
     {"deg", {}, pi, 180.0, 0.0, 1},
+    {"Grad", {}, pi, 180.0, 0.0, 1},
     {"%", {}, 1.0, 100.0},
     {"ppm", {}, 1.0, 1e6},
     {"rev", {}, 1.0, 1.0, 0.0, 1, 1},
@@ -138,7 +139,8 @@ std::optional<Symbol> symbol_of(std::string_view text) {
   for (const Prefix& prefix : prefixes) {
     if (!text.starts_with(prefix.text)) continue;
     const Symbol* symbol = find(prefixable, text.substr(prefix.text.size()));
-    if (symbol == nullptr) continue;
+    const bool is_large_angle = symbol != nullptr && symbol->angle != 0 && prefix.numerator > 1.0;
+    if (symbol == nullptr || is_large_angle) continue;
     Symbol scaled = *symbol;
     scaled.numerator *= prefix.numerator;
     scaled.denominator *= prefix.denominator;
@@ -393,6 +395,8 @@ bool is_same(const Unit& a, const Unit& b) noexcept {
 
 std::optional<int> two_pi_exponent_between(const Dimension& dimension, const Angle& from,
                                            const Angle& to) noexcept {
+  const bool is_refused = (from.is_cycles && to.exponent != 0) || (to.is_cycles && from.exponent != 0);
+  if (is_refused) return std::nullopt;
   if (dimension.is_one() || from.exponent == to.exponent) return 0;
   const bool has_turns = from.in_turns || to.in_turns;
   if (!is_rate(dimension) || (from.exponent != 0 && to.exponent != 0))
@@ -412,16 +416,24 @@ std::optional<Conversion> conversion(const Unit& from, const Unit& to) {
   return with_two_pi(result, from.two_pi_exponent + *exponent - to.two_pi_exponent);
 }
 
+Angle angle_of(const Unit& unit, ValueKind value_kind) noexcept {
+  Angle angle = unit.angle;
+  angle.is_open = value_kind == ValueKind::open;
+  angle.is_cycles = angle.is_open && unit.dimension.is_one() && angle.exponent == 0;
+  return angle;
+}
+
 std::optional<Conversion> signal_conversion(const std::string& from, const std::string& to,
                                             ValueKind value_kind) {
   if (from == to) return Conversion{};
   auto source = parse_unit(from);
   const auto target = parse_unit(to);
-  if (source) source->angle.is_open = value_kind == ValueKind::open;
+  if (source) source->angle = angle_of(*source, value_kind);
   if (target && target->offset != 0.0 && value_kind == ValueKind::difference) return std::nullopt;
   if (from.empty() || to.empty()) {
     if (!source || !target) return Conversion{};
     if (source->angle.in_turns || target->angle.in_turns) return std::nullopt;
+    if (source->angle.is_cycles && target->angle.exponent != 0) return std::nullopt;
     const Unit& known = from.empty() ? *target : *source;
     const Unit si{.symbol = {}, .dimension = known.dimension, .angle = known.angle};
     return from.empty() ? conversion(si, known) : conversion(known, si);
@@ -440,6 +452,8 @@ std::string missing_unit_text(const std::string& signal, const Unit& unit) {
 
 std::string angle_hint(const Dimension& dimension, const Angle& from, const Angle& to) {
   if (two_pi_exponent_between(dimension, from, to)) return {};
+  if (from.is_cycles || to.is_cycles)
+    return "; a number of cycles is no angle: multiply it by 1 rev (a cycle is a turn) or by 1 rad";
   if (!is_rate(dimension) || (from.exponent != 0 && to.exponent != 0))
     return "; one of both counts turns: multiply or divide it by 1 rad (a turn is 2 pi) or by 1 rev (a turn "
            "is "

@@ -4,8 +4,9 @@
 //
 // A unit is a product of symbols with exponents: "m/s", "km/h", "kg m2", "1/min", "N m", "m/s^2", "m s-2",
 // "kWh". After a "/" the symbols up to the next one are in the denominator. A number before a symbol is a
-// factor: "10mV", "l/100km". Symbols have the prefixes of the SI. Angles and shares are numbers of dimension
-// 1: the radian is 1, the degree pi / 180, the turn (rev) 2 pi, % is 1/100. "degC" and "degF" (with a degree
+// factor: "10mV", "l/100km". Symbols have the prefixes of the SI, rad those below 1: "Grad" is the German
+// name of the degree. Angles and shares are numbers of dimension 1: the radian is 1, the degree pi / 180, the
+// turn (rev) 2 pi, % is 1/100. "degC" and "degF" (with a degree
 // sign too) have an offset where they stand alone, and are differences in products. "g" is the gram; the
 // standard acceleration of gravity is "gn".
 //
@@ -47,12 +48,14 @@ struct Angle {
   bool in_turns = false;     ///< of rev and rpm; only with an exponent
   /// Computed from other units, as v / r: without an angle, a rate may count radians or cycles.
   bool is_open = false;
+  bool is_cycles = false;  ///< a number of cycles, of a frequency times a time; without an exponent
 };
 
 /// What kind of value is in the unit, where its symbol does not tell.
 enum class ValueKind : std::uint8_t {
-  as_unit,  ///< its symbol tells
-  open,     ///< computed: in 1/s it may count radians or cycles; in K it may be a temperature or a difference
+  as_unit,     ///< its symbol tells
+  open,        ///< computed: in 1/s it may count radians or cycles; in K it may be a temperature or a
+               ///< difference; without a unit it is a number of cycles
   difference,  ///< of two temperatures
 };
 
@@ -100,10 +103,12 @@ std::optional<Unit> parse_unit(std::string_view text);
 std::optional<Conversion> conversion(const Unit& from, const Unit& to);
 /// The exponent of 2 pi by which a value with the angle `from` is multiplied to be one with the angle `to`,
 /// both in the SI. Empty: they do not convert. Rates follow the rule of the file comment. In other dimensions
-/// an angle in radians may be left out, and one in turns may not.
+/// an angle in radians may be left out, and one in turns may not. A number of cycles is no angle.
 std::optional<int> two_pi_exponent_between(const Dimension& dimension, const Angle& from,
                                            const Angle& to) noexcept;
 
+/// The angle of values of this kind.
+Angle angle_of(const Unit& unit, ValueKind value_kind) noexcept;
 /// How the value of a signal is converted for its reader, by their units. Without a unit ("") a value is in
 /// the SI. Two texts that are alike, and a unit that is none beside "", convert nothing. Empty: the units are
 /// of different kinds, one is unknown, one is "" and the other one counts turns, or a difference of

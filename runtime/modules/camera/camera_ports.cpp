@@ -1,6 +1,7 @@
 #include "runtime/modules/camera/camera_ports.hpp"
 
 #include <string>
+#include <utility>
 
 namespace hil::modules {
 namespace {
@@ -27,12 +28,15 @@ void add_slot(std::vector<Port>& outputs, const std::string& object) {
 Ports camera_ports(const config::Value& parameters, const CameraOptions& options) {
   Ports ports;
   ports.needs_light = options.has_images;
+  if (!options.carrier.empty()) ports.bodies.push_back({options.carrier, parameters["carrier"].place()});
   for (const char* const key : {"layers", "object_layers"}) {
     if (!parameters.has(key)) continue;
+    BodySearch search{.layers = {}, .without = ports.bodies, .is_whole_purpose = false};
     for (const config::Value& item : parameters[key].items())
-      ports.layers.push_back({item.text(), item.place()});
+      search.layers.push_back({item.text(), item.place()});
+    ports.layers.insert(ports.layers.end(), search.layers.begin(), search.layers.end());
+    if (options.objects > 0) ports.searches.push_back(std::move(search));
   }
-  if (!options.carrier.empty()) ports.bodies.push_back({options.carrier, parameters["carrier"].place()});
   std::vector<Port>& outputs = ports.outputs;
   outputs.push_back({.name = "image_count", .unit = "", .about = "Images so far"});
   outputs.push_back({.name = "age", .unit = "ms", .about = "Time since the first instant of the last image"});

@@ -36,8 +36,8 @@ class Collision final : public Module {
       layers_.push_back(layer.text());
       ports_.layers.push_back({layer.text(), layer.place()});
     }
-    ports_.searches_layers = true;
     ports_.bodies.push_back({body_, parameters["body"].place()});
+    ports_.searches.push_back({.layers = ports_.layers, .without = ports_.bodies});
     ports_.outputs = {{.name = "hits", .unit = "", .about = "Bodies touched now"},
                       {.name = "total", .unit = "", .about = "Bodies that began to touch so far"}};
     if (by_bodies_)

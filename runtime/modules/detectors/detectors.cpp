@@ -30,7 +30,7 @@ class Detectors final : public Module {
       layers_.push_back(layer.text());
       ports_.layers.push_back({layer.text(), layer.place()});
     }
-    ports_.searches_layers = true;
+    ports_.searches.push_back({.layers = ports_.layers});
     for (const auto& [name, value] : parameters["loops"].entries()) {
       loops_.push_back(
           {name, vector_of(value["center"]), vector_of(value["size"]), value["heading"].number()});

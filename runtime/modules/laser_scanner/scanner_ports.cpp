@@ -1,6 +1,7 @@
 #include "runtime/modules/laser_scanner/scanner_ports.hpp"
 
 #include <string>
+#include <utility>
 
 namespace hil::modules {
 namespace {
@@ -30,9 +31,13 @@ Ports scanner_ports(const config::Value& parameters, const ScannerOptions& optio
     for (const config::Value& item : parameters[key].items())
       words.push_back({item.text(), item.place()});
   };
-  note("layers", ports.layers);
-  note("object_layers", ports.layers);
   ports.bodies.push_back({options.carrier, parameters["carrier"].place()});
+  for (const char* const key : {"layers", "object_layers"}) {
+    BodySearch search{.layers = {}, .without = ports.bodies, .is_whole_purpose = false};
+    note(key, search.layers);
+    ports.layers.insert(ports.layers.end(), search.layers.begin(), search.layers.end());
+    ports.searches.push_back(std::move(search));
+  }
   note("compare", ports.bodies);
   std::vector<Port>& outputs = ports.outputs;
   for (std::uint32_t i = 0; i < options.max_objects; ++i)

@@ -221,6 +221,22 @@ TEST_P(DeadDevices, StationThatDoesNotComeBackAfterAFaultFails) {
   EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
 }
 
+/// The value is fresh when the first fault begins, or stale; the faults are shorter than a frame's period.
+TEST(DeadDevicesUnderTheVirtualClock, ShortFaultsOfTheBusDoNotExcuseADeadStation) {
+  for (const char* const effect : {"device: can.car, state: bus_off", "process: ecu, state: paused"}) {
+    for (const auto& [intervals, code] : {std::pair{"0-5000", 0}, {"0-10", 1}, {"0-300", 1}}) {
+      for (const auto& [at, every] : {std::pair{"14 ms", "26 ms"}, {"60 ms", "26 ms"}, {"14 ms", "38 ms"}}) {
+        const StationFolder files("virtual", intervals,
+                                  "faults: [{name: f, " + std::string(effect) + ", at: " + at +
+                                      ", for: 2 ms, every: " + every + "}]\n");
+        const Ended ended = files.run("out");
+        EXPECT_EQ(ended.code, code) << effect << " " << intervals << " " << every << "\n"
+                                    << ended.output << ended.errors;
+      }
+    }
+  }
+}
+
 TEST_P(DeadDevices, KilledProcessNeedSendNothingAnyMore) {
   const StationFolder files(GetParam(), "0-5000", fault_of(GetParam(), "process: ecu, state: killed", 300));
   const Ended ended = files.run("out");
@@ -341,6 +357,17 @@ TEST_P(DeadDevices, FaultsOfAUnitExcuseItsRegisters) {
   }
 }
 
+TEST_P(DeadDevices, ShortDelayOfAUnitDoesNotExcuseADeadRegister) {
+  const UnitFolder files(GetParam(), "max_age: 400 ms, timeout: 200 ms",
+                         "python3, unit.py, \"{modbus.plc}\", '2', '0'");
+  write_text(files.folder / "f.yaml", "scenario: slow\ninclude: [s.yaml]\n" +
+                                          fault_of(GetParam(), "device: modbus.plc, delay: 30 ms", 0));
+  const Ended ended = run_hil({"run", files.folder / "f.yaml", "--out", files.folder / "out"});
+  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
+  EXPECT_EQ(reason_of(ended, files.folder / "out"),
+            "no value of register modbus.plc.level came; 'optional: true' permits that");
+}
+
 TEST(DeadDevicesInRealTime, RegisterThatNoClientWritesIsNamed) {
   const UnitFolder files("realtime", "role: server", "python3, client.py, \"{modbus.plc}\", '0'");
   const Ended dead = files.run("out");
@@ -351,6 +378,120 @@ TEST(DeadDevicesInRealTime, RegisterThatNoClientWritesIsNamed) {
                                               "processes.plc.command=[python3, client.py, "
                                               "\"{modbus.plc}\", '0,2']"});
   EXPECT_EQ(written.code, 0) << written.output << written.errors;
+}
+
+// ---- Signals
+
+constexpr const char* parts_database =
+    "VERSION \"\"\nBU_: A B\n"
+    "BO_ 512 Rep: 4 A\n SG_ Mux M : 0|8@1+ (1,0) [0|255] \"\" B\n SG_ P m0 : 8|8@1+ (1,0) [0|255] \"\" B\n"
+    " SG_ Q m1 : 8|8@1+ (1,0) [0|255] \"\" B\n SG_ Last : 24|8@1+ (1,0) [0|255] \"\" B\n";
+
+/// A station that sends Rep every 10 ms. Its second argument lists bytes with the milliseconds from which on
+/// they are sent; the newest two of the list alternate.
+constexpr const char* parts_station = R"(import sys, socket, struct
+TIME, FRAME = struct.Struct("=IIQqQ"), struct.Struct("=IB3x8s")
+hub = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+hub.connect(sys.argv[1][5:])
+hub.send(struct.pack("=II56s", 0x484C4948, 1, b"station"))
+frames = [(int(ms), bytes.fromhex(data)) for ms, data in (one.split(":") for one in sys.argv[2].split(","))]
+sent = 0
+try:
+    while True:
+        packet = hub.recv(128)
+        if packet == b"": break
+        if len(packet) != TIME.size: continue
+        magic, kind, number, now, _ = TIME.unpack(packet)
+        if kind != 2: continue
+        if now % 10_000_000 == 0:
+            current = [data for ms, data in frames if ms <= now / 1e6][-2:]
+            data = current[sent % len(current)]
+            sent += 1
+            hub.send(FRAME.pack(0x200, len(data), data.ljust(8, b"\0")))
+        hub.send(TIME.pack(magic, 3, number, now, 0))
+except (ConnectionResetError, BrokenPipeError): pass
+)";
+
+/// `reader`: reads a signal.
+struct PartsFolder : ScenarioFolder {
+  PartsFolder(const std::string& frames, const std::string& reader)
+      : ScenarioFolder(scenario_of("virtual",
+                                   "can:\n  - bus: car\n    database: bus.dbc\n    rate: 100 Hz\n"
+                                   "    receive: [{message: Rep, timeout: 30 ms}]\n"
+                                   "processes:\n  ecu: {command: [python3, station.py, \"{can.car}\", '" +
+                                       frames + "']}\n" + reader)) {
+    write_text(folder / "bus.dbc", parts_database);
+    write_text(folder / "station.py", parts_station);
+  }
+};
+
+std::string block_of(const std::string& signal) {
+  return "tasks:\n  - {module: plant, type: block, rate: 100 Hz, inputs: {v: " + signal +
+         "}, parameters: {inputs: {v: '1'}, outputs: {y: 2 * v}}}\n";
+}
+
+TEST(MissingSignals, SignalThatSomethingReadsAndThatDoesNotComeFailsTheRun) {
+  const std::string claim = "expectations: [{name: c, never: SIGNAL > 300, coverage: 1 %}]\n";
+  const std::string variable = "variables: {x: 2 * SIGNAL}\n";
+  const std::string table = variable + "expectations: [{name: c, never: x > 900, coverage: 1 %}]\n";
+  const std::string stimulus =
+      "tasks:\n  - {module: plant, type: block, rate: 100 Hz, parameters: {inputs: {v: '1'}, outputs: {y: "
+      "v}}}\n"
+      "stimuli: [{name: s, drives: plant.v, sequence: [{value: SIGNAL}]}]\n";
+  const std::string faulted =
+      block_of("SIGNAL") + "faults: [{name: f, signal: SIGNAL, offset: 1, at: 500 ms}]\n";
+  struct Case {
+    const char* frames;
+    const char* signal;
+    const char* failure;  ///< empty: it comes
+  };
+  for (const Case& one :
+       {Case{"0:00010203", "Q", "no value of signal can.car.Rep.Q came"},
+        {"0:00010203", "P", ""},
+        {"0:00010203,0:01010203", "Q", ""},
+        {"0:0001", "Last", "no value of signal can.car.Rep.Last came"},
+        {"0:00010203,100:0001,100:0001", "Last", "signal can.car.Rep.Last was not fresh on "},
+        {"0:0001,700:00010203,700:00010203", "Last", ""},
+        {"0:01010203,300:00010203,300:00010203", "Q", "signal can.car.Rep.Q was not fresh"}}) {
+    for (std::string reader : {block_of("SIGNAL"), claim, table, stimulus, faulted}) {
+      for (std::size_t at; (at = reader.find("SIGNAL")) != std::string::npos;)
+        reader.replace(at, 6, std::string("can.car.Rep.") + one.signal);
+      const PartsFolder files(one.frames, reader);
+      const Ended ended = files.run("out");
+      ASSERT_TRUE(std::filesystem::exists(files.folder / "out/report.json")) << reader << ended.errors;
+      const auto report = read_report(files.folder / "out");
+      const bool fails = one.failure[0] != '\0';
+      ASSERT_EQ(report["input_failures"].size(), fails ? 1U : 0U)
+          << reader << ended.output << ended.errors << report["input_failures"];
+      if (fails) {
+        EXPECT_EQ(ended.code, 1) << reader << ended.output;
+        EXPECT_EQ(report["input_failures"][0].get<std::string>().find(one.failure), 0U)
+            << report["input_failures"];
+      }
+      files.run("optional", {"--set", "can.car.receive.Rep.optional=true"});
+      EXPECT_TRUE(read_report(files.folder / "optional")["input_failures"].empty()) << reader;
+    }
+    const PartsFolder unread(
+        one.frames, "plots: [{title: unread, signals: [can.car.Rep." + std::string(one.signal) + "]}]\n");
+    const Ended ended = unread.run("out");
+    EXPECT_EQ(ended.code, 0) << one.signal << ended.output << ended.errors;
+  }
+}
+
+/// Frames that a fault takes show only of their own signals that the device sends them.
+TEST(MissingSignals, FaultExcusesOnlyTheSignalsOfItsFrames) {
+  for (const char* const fault : {"drop: 40 %", "length: 3", "delay: 25 ms", "flip_bits: [0]"}) {
+    const std::string faults = "faults: [{name: f, message: can.car.Rep, " + std::string(fault) + "}]\n";
+    const PartsFolder files("0:00010203", block_of("can.car.Rep.Q") + faults);
+    const bool makes_q = fault[0] == 'f';
+    EXPECT_EQ(files.run("out").code, makes_q ? 0 : 1) << fault;
+    const PartsFolder right("0:00010203,0:01010203", block_of("can.car.Rep.Q") + faults);
+    const Ended ended = right.run("out");
+    EXPECT_EQ(ended.code, 0) << fault << ended.output << ended.errors;
+    const PartsFolder last("0:00010203", block_of("can.car.Rep.Last") + faults);
+    const Ended cut = last.run("out");
+    EXPECT_EQ(cut.code, 0) << fault << cut.output << cut.errors;
+  }
 }
 
 // ---- Rejected frames
@@ -509,6 +650,50 @@ TEST(RejectedFrames, WrongFrameBesideAFaultIsNotTheScenarios) {
     const auto counts = rejected(files);
     EXPECT_EQ(counts["bad_checksum"].get<int>() - counts["by_scenario"].get<int>(), 1) << wrong << counts;
   }
+}
+
+/// Each rejected frame is the scenario's if it is right without the fault.
+TEST(RejectedFrames, FaultExcusesOnlyTheFramesThatItMakesWrong) {
+  constexpr std::uint64_t seed = 74'063;
+  std::mt19937_64 random(seed);
+  for (const char* const fault :
+       {"delay: 5 ms", "delay: 45 ms", "stuck: last", "length: 7", "flip_bits: [3]"}) {
+    for (const bool is_of_counter : {false, true}) {
+      RecordedSpeed log;
+      int wrong = 0, counter = 0;
+      for (int i = 0; i < 90; ++i) {
+        const bool is_wrong = i > 0 && random() % 6 == 0;
+        wrong += is_wrong ? 1 : 0;
+        if (is_wrong && is_of_counter) counter += static_cast<int>(1 + random() % 13);
+        log.add(counter++, !is_wrong || is_of_counter);
+      }
+      const PlayedFolder files(
+          log.text(), "{file: drive.log}", {},
+          "faults: [{name: f, message: can.car.Speed, " + std::string(fault) + ", at: 0 s}]\n");
+      const Ended ended = files.run("out");
+      const auto counts = rejected(files);
+      const int all = counts["bad_checksum"].get<int>() + counts["bad_counter"].get<int>();
+      const bool makes_wrong = fault[0] == 'l' || fault[0] == 'f';
+      const bool makes_right = fault[0] == 's' && !is_of_counter;  // the checksum of the stuck payload
+      EXPECT_EQ(all, makes_wrong ? 90 : makes_right ? 0 : wrong) << fault << counts << ", seed " << seed;
+      EXPECT_EQ(all - counts["by_scenario"].get<int>(), makes_right ? 0 : wrong)
+          << fault << counts << ", seed " << seed;
+      EXPECT_EQ(ended.code, makes_right ? 0 : 1) << fault << "\n" << ended.output << ended.errors;
+    }
+  }
+}
+
+TEST(RejectedFrames, DelayDoesNotExcuseADeviceWhoseFramesAreAllWrong) {
+  RecordedSpeed log;
+  for (int i = 0; i < 100; ++i)
+    log.add(i, false);
+  const std::string fault = "faults: [{name: f, message: can.car.Speed, delay: 2 ms, at: 0 s}]\n";
+  const PlayedFolder files(log.text(), "{file: drive.log}", {}, fault);
+  const Ended ended = files.run("out");
+  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
+  EXPECT_EQ(rejected(files)["by_scenario"], 0);
+  EXPECT_EQ(read_report(files.folder / "out")["can"][0]["inputs"][0]["not_fresh"], 500)
+      << "the fault silences nothing";
 }
 
 TEST(RejectedFrames, FaultsOfTheVirtualBusAreTheScenarios) {

@@ -107,6 +107,41 @@ constexpr Sent all_sent[] = {
     {"", "VALUE", "'1'", 1.0},
 };
 
+TEST(Units, WhatDependsOnWhereAScaleBeginsIsRefused) {
+  for (const std::string unit : {"degC", "degF", "K"}) {
+    const std::string plant =
+        "scenario: scales\nbase_rate: 100 Hz\nduration: 1 s\nclock: virtual\ntasks:\n"
+        "  - {module: p, type: block, rate: 100 Hz, parameters: {outputs: {t: {value: 300 K, unit: " +
+        unit +
+        "}, d: {value: 5 degC - 3 degC, unit: K}}}}\n"
+        "  - {module: q, type: block, rate: 100 Hz, inputs: {t: p.t}, parameters: {inputs: {t: {unit: K, "
+        "initial: 300 K}}, outputs: {y: {value: t, unit: K}}}}\n";
+    const std::string claim =
+        "expectations:\n  - {name: c, statistics: {signal: p.SIGNAL, FIGURE: {max: 900 K}}}\n";
+    const auto code_of = [&](const std::string& signal, const std::string& figure) {
+      std::string text = plant + claim;
+      text.replace(text.find("SIGNAL"), 6, signal).replace(text.find("FIGURE"), 6, figure);
+      return ScenarioFolder(text).run("out").code;
+    };
+    EXPECT_EQ(code_of("t", "rms"), unit == "K" ? 0 : 2) << unit;
+    EXPECT_EQ(code_of("d", "rms"), 0) << "a difference";
+    EXPECT_EQ(code_of("t", "mean"), 0) << unit;
+    EXPECT_EQ(code_of("t", "standard_deviation"), 0) << unit;
+    const auto with_fault = [&](const std::string& effect) {
+      return ScenarioFolder(plant + "faults: [{name: f, signal: p.t, " + effect + "}]\n").run("out").code;
+    };
+    EXPECT_EQ(with_fault("gain: 2"), unit == "K" ? 0 : 2) << unit;
+    EXPECT_EQ(with_fault("offset: 2 K"), 0) << unit;
+    const ScenarioFolder files(plant +
+                               "expectations: [{name: c, statistics: {signal: p.t, mean: {max: 900 K}}}]\n");
+    const Ended ended = files.run("out");
+    const auto report = read_report(files.folder / "out");
+    EXPECT_EQ(report["expectations"][0]["detail"].get<std::string>().find("rms") != std::string::npos,
+              unit == "K")
+        << report["expectations"][0];
+  }
+}
+
 TEST(Units, RandomValuesAreSentInTheUnitsOfTheFile) {
   std::mt19937 random(23);
   for (int round = 0; round < 4; ++round) {
@@ -201,6 +236,41 @@ TEST(Units, SignalsWithoutAUnitAreInTheSiAndTheCheckWarns) {
   const Ended other = run_hil({"check", files.folder / "s.yaml"});
   EXPECT_EQ((other.output + other.errors).find("'can.car.In.Level' has no unit"), std::string::npos)
       << other.output << other.errors;
+}
+
+TEST(Units, LimitsOfASignalWithoutAUnitAreWarnedOf) {
+  const std::string base =
+      "scenario: limits\nbase_rate: 1 kHz\nduration: 100 ms\nclock: virtual\n"
+      "can: [{bus: car, device: virtual, database: s.dbc, rate: 1 kHz, play: {file: in.log}, receive: "
+      "[{message: In, timeout: 1 s}]UNITS}]\n";
+  for (const char* const rest :
+       {"expectations: [{name: c, tracks: {signal: can.car.In.Level, reference: level.csv, tolerance: 10 "
+        "%}}]",
+        "expectations: [{name: c, statistics: {signal: can.car.In.Level, largest: {max: 600 %}}}]",
+        "expectations: [{name: c, statistics: {signal: can.car.In.Level, mean: {min: 1 %}}}]",
+        "expectations: [{name: c, statistics: {signal: can.car.In.Level, overshoot: {of: 300 %, at_most: 5 "
+        "%}}}]",
+        "variables: {share: {value: can.car.In.Level, unit: \"%\"}}",
+        "test_tables: [{name: t, file: table.csv}]"}) {
+    for (const bool has_unit : {false, true}) {
+      std::string text = base + rest + "\n";
+      text.replace(text.find("UNITS"), 5, has_unit ? ", units: {In: {Level: \"%\"}}" : "");
+      const ScenarioFolder files(text);
+      write_text(files.folder / "s.dbc",
+                 "VERSION \"\"\nNS_ :\nBS_:\nBU_: A B\nBO_ 100 In: 1 B\n"
+                 " SG_ Level : 0|8@1+ (1,0) [0|255] \"\" A\n");
+      write_text(files.folder / "in.log", "(0.000000) car 064#02\n");
+      write_text(files.folder / "level.csv", "time,level\n0,2\n4,2\n");
+      write_text(files.folder / "table.csv",
+                 "time,signal,value,fault,expectation,tolerance\n0.05,can.car.In.Level,,,200 %,5 %\n");
+      const Ended check = run_hil({"check", files.folder / "s.yaml"});
+      const std::string found = check.output + check.errors;
+      EXPECT_EQ(check.code, 0) << found;
+      const bool warns = found.find("'can.car.In.Level' has no unit, so it is in the SI, and 1 is 100 %") !=
+                         std::string::npos;
+      EXPECT_EQ(warns, !has_unit) << rest << "\n" << found;
+    }
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,122 @@ TEST_F(ExpectationMistakes, OfConditionsWithOneResultInAllKinds) {
         "reaction: {when: tank.level > 1 m or 2 > 1, then: tank.level > 2 m, within: 1 s}",
         "always: tank.level > 1 m, until: tank.level > 3 m and false"})
     expect_mistakes({{entry, "whatever its signals are"}});
+}
+
+/// Conditions with one result by their form, inside of others that leave it what it is.
+TEST_F(ExpectationMistakes, OfConditionsWithOneResultByTheirForm) {
+  const std::string x = "tank.level", c = "can.car.Status.Mode > 3";
+  const std::vector<std::string> constant{x + " - " + x + " < 1 m",
+                                          "min(" + x + ", " + x + ") >= max(" + x + ", " + x + ", " + x + ")",
+                                          x + " / " + x + " == 1",
+                                          "not (" + c + ") or " + c,
+                                          c + " and can.car.Status.Mode <= 3",
+                                          "3 < can.car.Status.Mode or 3 >= can.car.Status.Mode",
+                                          "if " + c + " then true else true",
+                                          "(if " + c + " then 2 m else 2 m) > 1 m",
+                                          "if true then 1 > 2 else " + c,
+                                          "latch(" + c + ", true)",
+                                          "latch(" + c + ", " + x + " <= " + "max(" + x + ", " + x + "))",
+                                          "count(" + c + ", true) == 0",
+                                          "count(false) == 0",
+                                          "count(" + c + " and not " + c + ") > 0",
+                                          "duration(false) > 1 s",
+                                          "rise(true)",
+                                          "changed(3 m)",
+                                          "hold(3 m, " + c + ") == 3 m",
+                                          "previous(3 m) == 3 m",
+                                          "lag(3 m, 2 s) > 2 m",
+                                          "delay(2 * 3 m, 100 ms) < 7 m",
+                                          "clamp(" + x + ", 3 m, 3 m) == 3 m",
+                                          "known(3 m)",
+                                          "integral(" + x + ", true) > 1 m s",
+                                          x + " + 0 - " + x + " * 1 > 0 m",
+                                          "--" + x + " - " + x + " > 1 m",
+                                          "not not (true or " + c + ")",
+                                          "previous(" + x + ") - previous(" + x + ") == 0 m"};
+  constexpr std::uint64_t seed = 74'080;
+  std::mt19937_64 random(seed);
+  const std::vector<std::string> wholes{"%", "not (%)", "(%) or (%)", "(%) and (%)",
+                                        "if (%) then true else false"};
+  for (const std::string& condition : constant) {
+    std::string whole = wholes[random() % wholes.size()];
+    for (std::size_t at; (at = whole.find('%')) != std::string::npos;)
+      whole.replace(at, 1, condition);
+    const bool has_signal = whole.find('.') != std::string::npos;
+    if (!has_signal) whole += " or known(" + x + ") and not known(" + x + ")";
+    const std::string text = scenario + "  - {name: e, never: \"" + whole + "\"}\n";
+    EXPECT_FALSE(wired(text)) << whole << ", seed " << seed;
+    for (const config::Mistake& mistake : diagnostics_.mistakes())
+      EXPECT_NE(mistake.message.find("says nothing about the run"), std::string::npos) << mistake.message;
+  }
+  for (const std::string& condition :
+       {x + " - previous(" + x + ") < 1 m", "uniform(0, 1) - uniform(0, 1) > " + x + " / 1 m",
+        "noise(1 m) == noise(1 m) + " + x, "min(" + x + ", 2 m) < 1 m", "latch(" + c + ", " + c + ")",
+        "count(" + c + ", " + x + " > 1 m) > 2", "hold(3 m + " + x + ", " + c + ") > 4 m",
+        c + " or can.car.Status.Mode <= 2", "if " + c + " then true else false", "previous(3 m, 2 m) < " + x,
+        "hold(" + x + ", true) > 1 m", "latch(true, " + c + ")", x + " * 0 > -1 m",
+        "known(" + x + ") or " + c, "duration(" + c + ") > 1 s",
+        "rate_limit(" + x + ", 1 m/s, 0 m/s) > 1 m"}) {
+    EXPECT_TRUE(wired(scenario + "  - {name: e, never: \"" + condition + "\"}\n")) << condition << "\n"
+                                                                                   << diagnostics_.to_text();
+    EXPECT_EQ(diagnostics_.warnings().size(), 0U) << condition << "\n" << diagnostics_.to_text();
+  }
+}
+
+TEST_F(ExpectationMistakes, OfEqualConditionsOfOneExpectation) {
+  expect_mistakes({
+      {"reaction: {when: tank.level > 1 m, then: 1 m < tank.level, within: 1 s}", "each reaction is in time"},
+      {"order: [tank.level > 1 m, tank.level > 2 m, not (tank.level <= 2 m)]", "they have no order"},
+  });
+  for (const auto& [entry, words] :
+       {std::pair{"never: 0 / 0 > tank.level / 1 m", "this constant has no value"},
+        {"always: tank.level < 1 m / 0", "this constant has no value"},
+        {"never: \"rate_limit(tank.level, -1 m/s) > 5 m\"", "its rate is not above 0"},
+        {"never: \"rate_limit(tank.level, 0 m/s) > 5 m\"", "its rate is not above 0"},
+        {"never: \"rate_limit(tank.level, 1 m/s, -1 m/s) > 5 m\"", "its falling rate is below 0"}})
+    expect_mistakes({{entry, words}});
+  EXPECT_TRUE(
+      wired(scenario +
+            "  - {name: stays, reaction: {when: tank.level > 1 m, then: tank.level > 1 m, within: 1 s, "
+            "for_at_least: "
+            "2 s}}\n  - {name: again, order: [tank.level > 1 m, tank.level > 2 m, tank.level > 1 m]}\n"))
+      << diagnostics_.to_text();
+}
+
+TEST_F(ExpectationMistakes, WarnOfVariablesThatMakeOperandsEqualOrArgumentsWrong) {
+  const std::string variables =
+      "variables: {limit: tank.level, further: limit, half: tank.level / 2, negative: -1 m, wrong: -1 m/s, "
+      "before: "
+      "-1 s, five: 5 m}\n";
+  for (const auto& [claim, words] :
+       {std::pair{"always: tank.level <= limit", "always true with the variables"},
+        {"never: further - tank.level > 1 m", "always false with the variables"},
+        {"never: \"max(limit, further) > tank.level\"", "always false with the variables"},
+        {"reaction: {when: tank.level > 1 m, then: further > 1 m, within: 1 s}", "each reaction is in time"},
+        {"order: [tank.level > 1 m, limit > 1 m]", "they have no order"},
+        {"never: \"rate_limit(tank.level, wrong) > 5 m\"", "its rate is not above 0, with the variables"},
+        {"never: \"lag(tank.level, before) > 5 m\"", "its time constant is below 0, with the variables"},
+        {"never: \"uniform(five, negative) > tank.level\"", "its low is above its high, with the variables"},
+        {"never: \"hysteresis(tank.level, five, negative)\"",
+         "its low is above its high, with the variables"},
+        {"never: \"clamp(tank.level, five, negative) > 7 m\"",
+         "its low is above its high, with the variables"},
+        {"always: tank.level <= half", ""},
+        {"never: \"clamp(tank.level, negative, five) > 6 m\"", ""}}) {
+    EXPECT_TRUE(wired(scenario + "  - {name: e, " + claim + "}\n" + variables)) << claim << "\n"
+                                                                                << diagnostics_.to_text();
+    std::string warnings;
+    for (const config::Mistake& warning : diagnostics_.warnings())
+      warnings += warning.message + "\n";
+    EXPECT_NE(warnings.find(words), std::string::npos) << claim << "\n" << warnings;
+    EXPECT_EQ(warnings.empty(), std::string(words).empty()) << claim << "\n" << warnings;
+  }
+}
+
+TEST_F(ExpectationMistakes, OfConditionsOfTheTimeAloneNameWindows) {
+  for (const char* entry : {"never: tank.level > 9 m, after: time > 1 s",
+                            "reaction: {when: time > 1 s, then: tank.level > 1 m, within: 1 s}"})
+    expect_mistakes({{entry, "'between', 'by'"}});
 }
 
 TEST_F(ExpectationMistakes, OfTimesThatNothingCanBeLateFor) {

@@ -20,7 +20,7 @@ inline constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 /// a = 1, b = 2, lost = unknown; v = 10 m/s, kmh = 36 km/h, t = 20 degC, x = 3 m, dt = 0.5 s, raw = 7 steps;
 /// state = 2 with value names; share = 50 %, angle = 90 deg, u = 50 degF, k = 300 K, n = 600 rpm,
 /// w = 2 rad/s, f = 10 Hz; rise = 8 K is a difference, rate = 4 1/s computed from other units;
-/// raw_share = 0.2 comes from a device and has no unit.
+/// raw_share = 0.2 comes from a device and has no unit; cycles = 3 is a number of cycles.
 class Names final : public Scope {
  public:
   std::optional<Variable> find(std::string_view name) const override {
@@ -71,7 +71,8 @@ class Names final : public Scope {
                          {"f", "Hz", 10.0},
                          {"rise", "K", 8.0, units::ValueKind::difference},
                          {"rate", "1/s", 4.0, units::ValueKind::open},
-                         {"raw_share", "", 0.2}};
+                         {"raw_share", "", 0.2},
+                         {"cycles", "", 3.0, units::ValueKind::open}};
   std::map<std::string, double> states{{"green", 1.0}, {"red", 2.0}, {"same", unknown}};
 };
 

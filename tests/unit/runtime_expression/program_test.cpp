@@ -251,6 +251,124 @@ TEST(Program, RatesConvertBetweenTurnsRadiansAndCyclesOrAreRefused) {
   }
 }
 
+/// A number of cycles, as whatever leaves what it is.
+std::string random_cycles(std::mt19937& random, int depth) {
+  const char* const leaves[] = {"f * dt",        "dt * f",      "integral(f)", "integral(f, a == 2)",
+                                "60 1/min * dt", "time * 2 Hz", "cycles"};
+  if (depth == 0) return leaves[random() % std::size(leaves)];
+  const char* const wholes[] = {"2 * (%)",
+                                "(%) * 3",
+                                "(%) / 4",
+                                "(%) + 1",
+                                "1 - (%)",
+                                "abs(%)",
+                                "min(%, 9)",
+                                "max(9, %)",
+                                "previous(%)",
+                                "hold(%, a == 1)",
+                                "-(%)",
+                                "lag(%, 1 s)",
+                                "clamp(%, 0, 9)",
+                                "if a == 1 then % else 0",
+                                "delay(%, 100 ms)",
+                                "(%) + f * dt"};
+  std::string text = wholes[random() % std::size(wholes)];
+  const std::string inner = random_cycles(random, depth - 1);
+  return text.replace(text.find('%'), 1, inner);
+}
+
+TEST(Program, CyclesTimesATimeAreNoAngle) {
+  std::mt19937 random(909);
+  const char* const angles[] = {
+      "3 rev", "90 deg", "angle", "n * dt", "w * dt", "1 rad", "(rate * 1 rad) * dt"};
+  for (int round = 0; round < 300; ++round) {
+    const std::string cycles = random_cycles(random, static_cast<int>(random() % 4));
+    for (const char* const angle : angles) {
+      for (const std::string& condition :
+           {"(" + cycles + ") < " + angle, std::string(angle) + " >= (" + cycles + ")"}) {
+        std::string text;
+        EXPECT_FALSE(compile(condition, {.truth = true}, &text)) << condition;
+        EXPECT_NE(text.find("multiply it by 1 rev"), std::string::npos) << condition << "\n" << text;
+      }
+    }
+    for (const char* const unit : {"rev", "deg", "rad"}) {
+      std::string text;
+      EXPECT_FALSE(compile(cycles, {.unit = unit, .what = "'x'"}, &text)) << cycles << unit;
+      EXPECT_TRUE(compile("(" + cycles + ") * 1 rev", {.unit = unit})) << cycles << unit;
+      EXPECT_TRUE(compile("(" + cycles + ") * 1 rad", {.unit = unit})) << cycles << unit;
+    }
+    EXPECT_TRUE(compile("(" + cycles + ") < 3", {.truth = true})) << cycles;
+    EXPECT_TRUE(compile("sin(" + cycles + ") < 3", {.truth = true})) << cycles;
+    EXPECT_EQ(compile(cycles, {.unit = std::nullopt})->value_kind(), units::ValueKind::open)
+        << cycles << ": a variable keeps what it is";
+  }
+  std::string share;
+  EXPECT_FALSE(compile("f * dt * share < 90 deg", {.truth = true}, &share));
+  EXPECT_DOUBLE_EQ(value_of("f * dt * 1 rev", "rev"), 5.0);
+  EXPECT_DOUBLE_EQ(value_of("f * dt * 1 rad", "rad"), 5.0);
+  EXPECT_DOUBLE_EQ(value_of("f * dt"), 5.0);
+  EXPECT_DOUBLE_EQ(value_of("cycles / dt", "Hz"), 6.0);
+  for (const char* const condition : {"w * dt < 90 deg", "n * dt < 3 rev", "rate * dt < 90 deg",
+                                      "v / x * dt < 90 deg", "f / 2 Hz < 3", "integral(n) < 3 rev"})
+    EXPECT_TRUE(compile(condition, {.truth = true})) << condition;
+}
+
+TEST(Program, FunctionsOfNumbersRefuseSharesAndAngles) {
+  const auto written = [](const std::string& function, const std::string& argument) {
+    return function + "(" + argument + ") > 1";
+  };
+  for (const char* const function : {"round", "floor", "ceil", "exp", "ln", "log10"}) {
+    for (const auto& [argument, unit] : {std::pair{"share", "%"},
+                                         {"angle", "deg"},
+                                         {"2 * share", "%"},
+                                         {"abs(angle)", "deg"},
+                                         {"-share", "%"},
+                                         {"5 %", "%"},
+                                         {"1 rad", "rad"},
+                                         {"w * dt", "rad"},
+                                         {"n * dt", "rev"},
+                                         {"kmh", "km/h"},
+                                         {"v", "m/s"},
+                                         {"share + 1 %", "%"},
+                                         {"min(share, 5 %)", "%"}}) {
+      std::string text;
+      EXPECT_FALSE(compile(written(function, argument), {.truth = true}, &text)) << function << argument;
+      const std::string unit_text = unit;
+      EXPECT_NE(text.find("needs a plain number; this is in " + unit_text + "; divide it by 1 " + unit_text),
+                std::string::npos)
+          << function << argument << "\n"
+          << text;
+      EXPECT_TRUE(
+          compile(written(function, "(" + std::string(argument) + ") / 1 " + unit_text), {.truth = true}))
+          << function << argument;
+    }
+    for (const char* const argument : {"a", "2", "a * 2", "v / x * dt", "share / 1 %", "v / 1 km/h", "sin(a)",
+                                       "count(a == 1)", "raw_share", "cycles", "sqrt(a)"})
+      EXPECT_TRUE(compile(written(function, argument), {.truth = true})) << function << argument;
+  }
+  EXPECT_EQ(value_of("round(share / 1 %)"), 50.0);
+  EXPECT_EQ(value_of("round(angle / 1 deg)"), 90.0);
+  EXPECT_EQ(value_of("round(share / 100 %)"), 1.0);
+}
+
+TEST(Program, ASignalWithoutAUnitIsWarnedOfWhereTheResultHasOne) {
+  for (const auto& [written, unit, warns] : {std::tuple{"raw_share", "%", true},
+                                             {"raw_share", "deg", true},
+                                             {"abs(raw_share)", "%", true},
+                                             {"previous(raw_share)", "%", true},
+                                             {"-raw_share", "%", true},
+                                             {"raw_share", "1", false},
+                                             {"raw_share", "", false},
+                                             {"raw_share", "rad", false},
+                                             {"a", "%", false},
+                                             {"share", "%", false}}) {
+    std::string text;
+    EXPECT_TRUE(compile(written, {.unit = unit, .what = "'x'"}, &text));
+    EXPECT_EQ(text.find("'raw_share' has no unit, so it is in the SI") != std::string::npos, warns)
+        << written << " " << unit << text;
+  }
+}
+
 /// A random rate: what it counts (t turns, r radians, c cycles, o open), with turns and radians in rad/s.
 struct RateOf {
   std::string text;
@@ -438,7 +556,9 @@ TEST(Program, MistakesAreAllReportedAtTheirPlaces) {
        "units"},
       {"t + 5 > 1 K",
        "f:1:6: this number needs a unit: with degC it may be a temperature or a difference (K)"},
-      {"share * angle == 2", "f:1:19: this number needs a unit: the other side of '==' is in 1"},
+      {"share * angle == 2",
+       "f:1:19: this number needs a unit: the other side of '==' is a share or an "
+       "angle, computed from several units; write it in %, deg, rad or rev"},
       {"t - 5 degC > u",
        "f:1:13: '>' has a difference of temperatures and a temperature in degF; a difference is in K"},
       {"t + u > 5 K",

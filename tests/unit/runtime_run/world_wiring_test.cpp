@@ -30,7 +30,8 @@ class WorldWiring : public test::WiringFixture {
   }
 
   static std::string scanner(const std::string& rate, const std::string& parameters) {
-    return "scenario: a\nworld: {entities: [{name: a, shape: {sphere: 1 m}}]}\ntasks:\n  - module: scanner\n"
+    return "scenario: a\nworld: {entities: [{name: a, shape: {sphere: 1 m}}, {name: b, shape: {sphere: 1 "
+           "m}}]}\ntasks:\n  - module: scanner\n"
            "    type: laser_scanner\n    rate: " +
            rate + "\n    parameters:\n      {carrier: a, layers: [static], object_layers: [static], " +
            parameters + "}\n";
@@ -212,6 +213,29 @@ TEST_F(WorldWiring, SweepIsAWholeNumberOfPeriods) {
       << "the suggested rate is accepted";
   EXPECT_TRUE(begins(mistakes_of(scanner("100 Hz", "scan_rate: 0.3 Hz")), "scenario.yaml:8:74: 'scan_rate'"));
   EXPECT_TRUE(begins(mistakes_of(scanner("1 Hz", "scan_rate: 2 Hz")), "scenario.yaml:8:74: 'scan_rate'"));
+}
+
+TEST_F(WorldWiring, AScannerOrACameraWithoutABodyToFindIsWarnedOf) {
+  const auto warnings_of = [&](const std::string& type, const std::string& mask, const std::string& layers) {
+    const std::string rest =
+        type == "camera" ? "resolution: [16, 16], objects: 1, object_layers: " : "object_layers: ";
+    mistakes_of(
+        "scenario: a\nworld:\n  layers: [car, wall]\n  lights: [{name: l, kind: point, intensity: 1 "
+        "cd}]\n  entities:\n    - {name: a, shape: {sphere: 1 m}, mask: [wall], light: l}\n"
+        "    - {name: b, shape: {sphere: 1 m}, mask: [" +
+        mask + "]}\ntasks:\n  - {module: m, type: " + type +
+        ", rate: 1 Hz, parameters: {carrier: a, layers: [car, wall], " + rest + layers + "}}\n");
+    std::size_t count = 0;
+    for (const config::Mistake& warning : diagnostics_.warnings())
+      count += warning.message.find("where there is no other body") != std::string::npos ? 1 : 0;
+    return count;
+  };
+  for (const char* const type : {"laser_scanner", "camera"}) {
+    EXPECT_EQ(warnings_of(type, "car", "[wall]"), 1U) << type << ": the carrier is not found";
+    EXPECT_EQ(warnings_of(type, "car", "[car]"), 0U) << type << diagnostics_.to_text();
+    EXPECT_EQ(warnings_of(type, "wall", "[wall]"), 0U) << type;
+    EXPECT_EQ(warnings_of(type, "wall", "[car]"), 1U) << type;
+  }
 }
 
 TEST_F(WorldWiring, BeamsOfAStepAreLimited) {

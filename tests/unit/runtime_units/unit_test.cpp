@@ -151,6 +151,29 @@ TEST(Unit, RadiansAreNoCycles) {
   EXPECT_TRUE(std::isnan(converted("l/rev", "l", 5.0)));
 }
 
+TEST(Unit, AnglesHaveNoPrefixAboveOneAndGradIsADegree) {
+  for (const char* unit : {"Trad", "Mrad", "krad", "hrad", "darad", "krad/s", "N m/Mrad"})
+    EXPECT_FALSE(parse_unit(unit)) << unit;
+  for (const auto& [unit, radians] :
+       {std::pair{"mrad", 1e-3}, {"urad", 1e-6}, {"crad", 1e-2}, {"nrad", 1e-9}})
+    EXPECT_DOUBLE_EQ(converted(unit, "rad", 1.0), radians) << unit;
+  EXPECT_DOUBLE_EQ(converted("Grad", "deg", 90.0), 90.0);
+  EXPECT_DOUBLE_EQ(converted("Grad/s", "rpm", 6.0), 1.0);
+  EXPECT_DOUBLE_EQ(converted("GHz", "Hz", 1.0), 1e9) << "other symbols have all prefixes";
+}
+
+TEST(Unit, ANumberOfCyclesIsNoAngle) {
+  for (const char* angle : {"rad", "deg", "rev", "mrad", "Grad"}) {
+    EXPECT_FALSE(signal_conversion("", angle, ValueKind::open)) << angle;
+    const Unit unit = *parse_unit(angle);
+    const Angle cycles = angle_of(*parse_unit(""), ValueKind::open);
+    EXPECT_NE(angle_hint(unit.dimension, cycles, unit.angle).find("1 rev"), std::string::npos) << angle;
+  }
+  EXPECT_EQ(signal_conversion("", "%", ValueKind::open)->of(1.0), 100.0);
+  EXPECT_TRUE(signal_conversion("", "1", ValueKind::open)->is_identity());
+  EXPECT_TRUE(signal_conversion("", "rad")->is_identity()) << "a plain number is in the SI";
+}
+
 /// Each pair of random products of rates, by the rule of the guide.
 TEST(Unit, RandomRatesConvertByTheirKind) {
   struct Rate {
