@@ -16,6 +16,7 @@ namespace hil::expectations {
 namespace {
 
 using expression::NameSource;
+using Node = config::Expression::Node;
 
 /// Names of one signal are equal; variables stand for themselves.
 NameSource own_names(const signals::KnownSignals& known) {
