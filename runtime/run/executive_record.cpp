@@ -102,9 +102,9 @@ void take_executive(const executive::RunResult& result, const config::Scenario& 
                                    " ms; outputs were set to their safe values"});
   }
   for (const executive::Skip& skip : result.base.skips) {
-    record.watchdog.push_back(
-        {static_cast<std::int64_t>(skip.tick) * result.period_ns,
-         std::to_string(skip.count) + " ticks skipped (" + executive::to_string(skip.cause) + ")"});
+    record.watchdog.push_back({static_cast<std::int64_t>(skip.tick) * result.period_ns,
+                               std::to_string(skip.count) + (skip.count == 1 ? " tick" : " ticks") +
+                                   " skipped (" + executive::to_string(skip.cause) + ")"});
   }
   record.watchdog_not_listed = result.base.times_skipped - result.base.skips.size();
 }
