@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "runtime/report/quantities.hpp"
+#include "runtime/expectations/time_text.hpp"
 
 namespace hil::expectations {
 
@@ -83,7 +83,7 @@ std::uint64_t Arrivals::lost() const noexcept {
 
 std::string Arrivals::lost_text() const {
   if (lost() == 0) return "";
-  return report::counted(lost(), "frame was", "frames were") + " lost between the bus and the tick";
+  return counted(lost(), "frame was", "frames were") + " lost between the bus and the tick";
 }
 
 std::uint64_t Arrivals::lost_by_devices() const noexcept {

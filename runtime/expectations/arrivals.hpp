@@ -48,8 +48,9 @@ class Arrivals {
   /// The arrivals since the last call whose values the devices' last latch had, without those from before the
   /// first tick. Valid until the next call.
   std::span<const Arrival> collect() noexcept;
-  /// What the last collect() returned.
-  std::span<const Arrival> collected() const noexcept { return collected_; }
+  /// The one whose instant is judged. Only at an instant of a frame.
+  const Arrival& current() const noexcept { return *current_; }
+  void set_current(const Arrival& frame) noexcept { current_ = &frame; }
   /// The number of arrivals since begin() that were lost since the tick took them too late.
   std::uint64_t lost() const noexcept;
   /// "1 frame was lost between the bus and the tick". Empty: none was.
@@ -74,6 +75,7 @@ class Arrivals {
   std::vector<signals::SignalId> kept_;
   std::vector<Arrival> collected_;
   std::vector<ArrivedValue> values_;
+  const Arrival* current_ = nullptr;
   std::uint64_t lost_before_ = 0;
 };
 

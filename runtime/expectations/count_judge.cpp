@@ -40,7 +40,7 @@ class CountJudge final : public Judge {
   }
 
   report::Expectation result(const Extent& extent) const override {
-    std::string detail = condition_.text() + " became true " + report::counted(count_, "time", "times");
+    std::string detail = condition_.text() + " became true " + counted(count_, "time", "times");
     if (count_ > 0) detail += ", last at " + instant_text(last_ns_);
     report::Expectation result = held_result(name_, coverage_, extent);
     result.detail = detail;

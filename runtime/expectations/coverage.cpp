@@ -72,6 +72,7 @@ void Coverage::check_tick(const signals::SignalTable& table, std::int64_t time_n
       note_stale(signal, i, time_ns, !may_be_cause);
   }
   was_evaluated_ = evaluated;
+  last_tick_ns_ = time_ns;
 }
 
 void Coverage::note_stale(SignalCoverage& signal, std::size_t index, std::int64_t time_ns,
@@ -92,13 +93,30 @@ void Coverage::note_not_evaluated(std::int64_t time_ns) noexcept {
   if (is_listed_) intervals_.back().end_ns = time_ns;
 }
 
-std::vector<report::NotEvaluated> Coverage::not_evaluated() const {
+std::uint64_t Coverage::evaluated_ticks(const std::optional<PendingBegin>& oldest_pending) const noexcept {
+  return oldest_pending ? std::min(oldest_pending->evaluated_before, evaluated_ticks_) : evaluated_ticks_;
+}
+
+std::vector<report::NotEvaluated> Coverage::not_evaluated(
+    const Extent& extent, const std::optional<PendingBegin>& oldest_pending) const {
   std::vector<report::NotEvaluated> all;
   for (std::size_t k = 0; k < intervals_.size(); ++k) {
     all.push_back({.begin_ns = intervals_[k].begin_ns, .end_ns = intervals_[k].end_ns, .signals = {}});
     for (std::size_t i = 0; i < signals_.size(); ++i)
       if (causes_[k * signals_.size() + i]) all.back().signals.push_back(signals_[i].name);
   }
+  if (!oldest_pending || last_tick_ns_ < oldest_pending->time_ns) return all;
+  // The ticks from its begin on are one interval.
+  const std::int64_t period_ns = extent.period_ns;
+  const std::int64_t begin_ns = (oldest_pending->time_ns + period_ns - 1) / period_ns * period_ns;
+  report::NotEvaluated open{.begin_ns = begin_ns, .end_ns = last_tick_ns_, .signals = {}};
+  while (!all.empty() && all.back().end_ns >= begin_ns) {
+    for (const std::string& signal : all.back().signals)
+      if (std::ranges::find(open.signals, signal) == open.signals.end()) open.signals.push_back(signal);
+    open.begin_ns = std::min(open.begin_ns, all.back().begin_ns);
+    all.pop_back();
+  }
+  if (all.size() < max_intervals) all.push_back(std::move(open));
   return all;
 }
 
@@ -125,8 +143,7 @@ std::string Coverage::shortfall(std::uint64_t covered_ticks,
   if (covered_ticks == 0) return "the run had no tick";
   std::string text;
   const auto add = [&](const std::string& reason) { text += (text.empty() ? "" : "; ") + reason; };
-  const std::uint64_t evaluated =
-      oldest_pending ? std::min(oldest_pending->evaluated_before, evaluated_ticks_) : evaluated_ticks_;
+  const std::uint64_t evaluated = evaluated_ticks(oldest_pending);
   if (!suffices(evaluated, covered_ticks)) {
     add("evaluated on " + share_text(evaluated, covered_ticks, "ticks"));
     if (oldest_pending && evaluated != evaluated_ticks_)
@@ -135,7 +152,7 @@ std::string Coverage::shortfall(std::uint64_t covered_ticks,
   for (const SignalCoverage& signal : signals_)
     if (!signal.was_known && signal.ticks_not_evaluated > 0)
       add(signal.name + " was never known, on " +
-          report::counted(signal.ticks_not_evaluated, "tick that it decides", "ticks that it decides"));
+          counted(signal.ticks_not_evaluated, "tick that it decides", "ticks that it decides"));
   if (stale_interval_) {
     const SignalCoverage& signal = signals_[stale_interval_->signal];
     add(signal.name + " was not fresh from " + instant_text(stale_interval_->begin_ns) + " to " +

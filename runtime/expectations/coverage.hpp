@@ -55,9 +55,9 @@ class Coverage {
   /// (Judge::check_unplaced).
   void check_unplaced(const signals::SignalTable& table, signals::Instant instant, bool in_gap) noexcept;
 
-  std::uint64_t evaluated_ticks() const noexcept { return evaluated_ticks_; }
-  /// Why the expectation is not checked, in words. Empty: it is checked. `oldest_pending`: the oldest
-  /// reaction or request that is open at the end.
+  /// `oldest_pending`, here and below: the oldest reaction or request that is open at the end.
+  std::uint64_t evaluated_ticks(const std::optional<PendingBegin>& oldest_pending = {}) const noexcept;
+  /// Why the expectation is not checked, in words. Empty: it is checked.
   std::string shortfall(std::uint64_t covered_ticks,
                         const std::optional<PendingBegin>& oldest_pending = {}) const;
   /// The reason of an instant in a gap of `after` or `until`. Empty: there was none.
@@ -67,7 +67,8 @@ class Coverage {
   /// "188 of 10000 ticks (1.8 %), less than its coverage of 95 %", "none of 10000 ticks"
   std::string share_text(std::uint64_t part, std::uint64_t whole, const std::string& what) const;
   /// The first intervals that were not evaluated, with the signals that caused them.
-  std::vector<report::NotEvaluated> not_evaluated() const;
+  std::vector<report::NotEvaluated> not_evaluated(const Extent& extent,
+                                                  const std::optional<PendingBegin>& oldest_pending) const;
   static constexpr std::size_t max_intervals = 20;
 
  private:
@@ -104,7 +105,8 @@ class Coverage {
   std::optional<StaleInterval> stale_interval_;
   std::optional<std::int64_t> unplaced_ns_;  ///< the first instant in a gap of `after` or `until`
   bool was_evaluated_ = true;                ///< the last tick
-  bool is_listed_ = false;                   ///< the newest interval is in intervals_
+  std::int64_t last_tick_ns_ = -1;
+  bool is_listed_ = false;  ///< the newest interval is in intervals_
   std::vector<Interval> intervals_;
   std::vector<bool> causes_;  ///< by interval and signal
 };

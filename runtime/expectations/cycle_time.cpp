@@ -27,22 +27,18 @@ class CycleTimeJudge final : public Judge {
         has_arrivals_(std::ranges::all_of(received_.signals,
                                           [&](auto signal) { return context.arrivals.keeps(signal); })) {}
 
-  // The frames of a tick are judged at the tick.
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override {
-    if (!instant.is_tick) return;
-    coverage_.check(table, instant, true);
-    for_each_frame(table, [this](std::int64_t stamp_ns) { judge_frame(stamp_ns); });
+    if (instant.is_tick) coverage_.check(table, instant, true);
+    if (const auto stamp_ns = new_frame(table, instant)) judge_frame(*stamp_ns);
   }
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override {
-    if (instant.is_tick) for_each_frame(table, [](std::int64_t /*stamp_ns*/) {});
+    new_frame(table, instant);
   }
   void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
                       bool in_gap) noexcept override {
-    if (!instant.is_tick) return;
-    coverage_.check_unplaced(table, instant, in_gap);
-    for_each_frame(table, [this](std::int64_t stamp_ns) {
-      if (last_ns_ != no_time_ns) last_ns_ = stamp_ns;
-    });
+    if (instant.is_tick) coverage_.check_unplaced(table, instant, in_gap);
+    const auto stamp_ns = new_frame(table, instant);
+    if (stamp_ns && last_ns_ != no_time_ns) last_ns_ = *stamp_ns;
   }
 
   report::Expectation result(const Extent& extent) const override {
@@ -107,7 +103,7 @@ class CycleTimeJudge final : public Judge {
 
   static std::string text_of(const Figures& figures) {
     std::string text = std::to_string(figures.outside) + " of " +
-                       report::to_ascii(report::counted(figures.count, "interval", "intervals")) + " outside";
+                       counted(figures.count, "interval", "intervals") + " outside";
     if (figures.count == 0) return text;
     const auto count = static_cast<std::int64_t>(figures.count);
     return text + ", from " + duration_text(figures.min_ns) + " to " + duration_text(figures.max_ns) +
@@ -122,21 +118,19 @@ class CycleTimeJudge final : public Judge {
     last_ns_ = stamp_ns;
   }
 
-  /// Calls `use` with the stamp of each new frame, in non-decreasing order.
-  template <class Use>
-  void for_each_frame(const signals::SignalTable& table, const Use& use) noexcept {
-    const auto take = [&](std::int64_t stamp_ns, bool may_repeat) {
-      if (stamp_ns < newest_ns_ || (stamp_ns == newest_ns_ && !may_repeat)) return;
-      newest_ns_ = stamp_ns;
-      use(stamp_ns);
+  /// The stamp of the frame of this instant, in non-decreasing order.
+  std::optional<std::int64_t> new_frame(const signals::SignalTable& table,
+                                        signals::Instant instant) noexcept {
+    if (instant.is_tick == has_arrivals_) return std::nullopt;
+    // Signals of a multiplexer are not in each frame.
+    const auto is_in_frame = [&](signals::SignalId signal) {
+      return arrivals_.current().find(signal).has_value();
     };
-    if (!has_arrivals_) return take(received_.newest_ns(table), false);
-    for (const Arrival& arrival : arrivals_.collected()) {
-      // A frame has a value of a signal; signals of a multiplexer are not in each frame.
-      const bool is_frame = std::ranges::any_of(
-          received_.signals, [&](signals::SignalId signal) { return arrival.find(signal).has_value(); });
-      if (is_frame) take(arrival.time_ns, true);
-    }
+    if (has_arrivals_ && std::ranges::none_of(received_.signals, is_in_frame)) return std::nullopt;
+    const std::int64_t stamp_ns = has_arrivals_ ? arrivals_.current().time_ns : received_.newest_ns(table);
+    if (stamp_ns < newest_ns_ || (stamp_ns == newest_ns_ && !has_arrivals_)) return std::nullopt;
+    newest_ns_ = stamp_ns;
+    return stamp_ns;
   }
 
   const std::string name_;

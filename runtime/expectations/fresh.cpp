@@ -24,6 +24,7 @@ class FreshJudge final : public Judge {
     if (!first_ns_) {
       const bool is_late = received_.timeout_ns > 0 && time_ns - *begin_ns_ > received_.timeout_ns;
       if (is_late && !first_failure_ns_) first_failure_ns_ = time_ns;
+      came_before_ = received_.newest_ns(table) >= 0;
       return;
     }
     coverage_.check(table, instant, true);
@@ -52,7 +53,7 @@ class FreshJudge final : public Judge {
     if (!first_ns_) {
       result.result =
           first_failure_ns_ ? report::ExpectationResult::failed : report::ExpectationResult::not_checked;
-      result.detail = claim + "it never arrived";
+      result.detail = claim + (came_before_ ? "it was never fresh" : "it never arrived");
       return result;
     }
     result.covered_ticks -=
@@ -81,6 +82,7 @@ class FreshJudge final : public Judge {
   Coverage coverage_;
   std::optional<std::int64_t> begin_ns_;  ///< of its window
   std::optional<std::int64_t> first_ns_, first_failure_ns_;
+  bool came_before_ = false;  ///< in the run, but not in the window while fresh
   std::int64_t newest_ns_ = 0, worst_age_ns_ = 0, worst_ns_ = 0;
 };
 

@@ -100,7 +100,7 @@ class InstantsJudge final : public Judge {
     report::Expectation result = held_result(name_, coverage_, extent);
     result.covered_ticks = expected_.size();
     result.first_failure_ns = first_failure_ns_;
-    const std::string instants = report::counted(expected_.size(), "instant", "instants");
+    const std::string instants = counted(expected_.size(), "instant", "instants");
     result.detail =
         info_.name + (failures_ > 0 ? " was wrong at " + std::to_string(failures_) + " of " + instants
                                     : " at " + instants);

@@ -199,13 +199,14 @@ void ClaimCheck::different(const config::Expression& first, const config::Expres
         "with the variables of the scenario this condition is that before it, so " + consequence);
 }
 
-report::Expectation held_result(const std::string& name, const Coverage& coverage, const Extent& extent) {
+report::Expectation held_result(const std::string& name, const Coverage& coverage, const Extent& extent,
+                                const std::optional<PendingBegin>& oldest_pending) {
   return {.name = name,
           .result = report::ExpectationResult::held,
           .detail = {},
-          .evaluated_ticks = coverage.evaluated_ticks(),
+          .evaluated_ticks = coverage.evaluated_ticks(oldest_pending),
           .covered_ticks = extent.ticks,
-          .not_evaluated = coverage.not_evaluated()};
+          .not_evaluated = coverage.not_evaluated(extent, oldest_pending)};
 }
 
 }  // namespace hil::expectations

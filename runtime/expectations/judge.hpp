@@ -126,7 +126,8 @@ std::shared_ptr<const config::Claim> claim_of(Data data) {
   return std::make_shared<ClaimOf<Data>>(std::move(data));
 }
 
-/// A result that holds so far, with the ticks of its coverage.
-report::Expectation held_result(const std::string& name, const Coverage& coverage, const Extent& extent);
+/// A result that holds so far, with the ticks of its coverage. `oldest_pending`: as in coverage.hpp.
+report::Expectation held_result(const std::string& name, const Coverage& coverage, const Extent& extent,
+                                const std::optional<PendingBegin>& oldest_pending = {});
 
 }  // namespace hil::expectations

@@ -51,6 +51,7 @@ void Judges::check_last_frames(std::int64_t end_ns) noexcept {
 void Judges::check_frame(const Arrival& frame, std::int64_t time_ns) noexcept {
   ++frame_number_;
   last_ns_ = time_ns;
+  arrivals_.set_current(frame);
   for (const ArrivedValue& arrived : frame.values)
     at_frame_.write(arrived.signal, {.value = arrived.value, .time_ns = frame.time_ns, .fresh = true});
   due_variables_.clear();

@@ -233,7 +233,7 @@ void ReactionJudge::check_unplaced(const signals::SignalTable& table, signals::I
 
 std::string ReactionJudge::figures() const {
   std::string text = std::to_string(in_time_) + " of " +
-                     report::counted(in_time_ + late_ + too_short_, "reaction", "reactions") + " in time" +
+                     counted(in_time_ + late_ + too_short_, "reaction", "reactions") + " in time" +
                      (hold_ns_ > 0 ? " and for long enough" : "");
   if (in_time_ > 0)
     text += ", the slowest after " + duration_text(slowest_ns_) + ", at " + instant_text(slowest_begin_ns_);
@@ -258,7 +258,12 @@ report::Expectation ReactionJudge::result(const Extent& extent) const {
                             duration_text(within_ns_) +
                             (hold_ns_ > 0 ? " for at least " + duration_text(hold_ns_) : "");
   const std::uint64_t failed = late_ + too_short_, judged = in_time_ + failed;
-  report::Expectation result = held_result(name_, coverage_, extent);
+  std::optional<PendingBegin> pending;
+  if (end_ > first_) {
+    const OpenReaction& oldest = open_[first_ % open_.size()];
+    pending = PendingBegin{oldest.begin_ns, oldest.evaluated_before};
+  }
+  report::Expectation result = held_result(name_, coverage_, extent, pending);
   result.result = report::ExpectationResult::not_checked;
   result.detail = claim + ": " + figures();
   result.first_failure_ns = first_failure_ns_;
@@ -269,11 +274,6 @@ report::Expectation ReactionJudge::result(const Extent& extent) const {
     result.margin = static_cast<double>(is_open ? open_margin_ns : margin_ns_) / 1e9;
     result.margin_unit = "s";
     result.worst_ns = is_open ? *late_begin_ns_ : worst_begin_ns_;
-  }
-  std::optional<PendingBegin> pending;
-  if (end_ > first_) {
-    const OpenReaction& oldest = open_[first_ % open_.size()];
-    pending = PendingBegin{oldest.begin_ns, oldest.evaluated_before};
   }
   const std::string shortfall = coverage_.shortfall(extent.ticks, pending);
   const std::uint64_t could_be_judged = judged + unknown_ + not_judged_;

@@ -7,6 +7,7 @@
 
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
+#include "runtime/expectations/time_text.hpp"
 #include "runtime/expectations/window.hpp"
 #include "runtime/report/quantities.hpp"
 
@@ -119,27 +120,26 @@ std::optional<ResponseJudge::Reply> ResponseJudge::change_of(Side& side,
   return Reply{.value = latched.value, .time_ns = latched.time_ns};
 }
 
-bool ResponseJudge::take(const signals::SignalTable& table, bool is_judged) noexcept {
-  bool has_request = false;
-  const auto request = [&](const Reply& arrived) {
-    has_request = true;
-    add_request({arrived, coverage_.evaluated_ticks(), is_judged});
-  };
-  for (const Arrival& arrival : arrivals_.collected()) {
-    if (const auto value = requests_.has_arrivals ? arrival.find(requests_.signal) : std::nullopt)
-      request({.value = *value, .time_ns = arrival.time_ns});
-    if (const auto value = replies_.has_arrivals ? arrival.find(replies_.signal) : std::nullopt)
-      take_reply({.value = *value, .time_ns = arrival.time_ns});
-  }
-  if (const auto change = change_of(requests_, table)) request(*change);
-  if (const auto change = change_of(replies_, table)) take_reply(*change);
-  return has_request;
+std::optional<ResponseJudge::Reply> ResponseJudge::arrived_at(Side& side, const signals::SignalTable& table,
+                                                              signals::Instant instant) const noexcept {
+  if (instant.is_tick) return change_of(side, table);
+  const auto value = side.has_arrivals ? arrivals_.current().find(side.signal) : std::nullopt;
+  if (!value) return std::nullopt;
+  return Reply{.value = *value, .time_ns = arrivals_.current().time_ns};
+}
+
+bool ResponseJudge::take(const signals::SignalTable& table, signals::Instant instant,
+                         bool is_judged) noexcept {
+  const auto request = arrived_at(requests_, table, instant);
+  if (request) add_request({*request, coverage_.evaluated_ticks(), is_judged});
+  if (const auto reply = arrived_at(replies_, table, instant)) take_reply(*reply);
+  return request.has_value();
 }
 
 void ResponseJudge::check(const signals::SignalTable& table, signals::Instant instant) noexcept {
-  if (!instant.is_tick) return;
   was_checked_ = true;
-  take(table, true);
+  take(table, instant, true);
+  if (!instant.is_tick) return;
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
   // A request without a time-out may be rare: its absence does not reduce the coverage.
   const bool may_be_rare = table.info(requests_.signal).timeout_ns == 0;
@@ -147,16 +147,17 @@ void ResponseJudge::check(const signals::SignalTable& table, signals::Instant in
 }
 
 void ResponseJudge::skip(const signals::SignalTable& table, signals::Instant instant) noexcept {
-  if (!instant.is_tick || was_checked_) return;  // after the window nothing is matched
-  take(table, false);
+  if (was_checked_) return;  // after the window nothing is matched
+  take(table, instant, false);
+  if (!instant.is_tick) return;
   if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
 }
 
 void ResponseJudge::check_unplaced(const signals::SignalTable& table, signals::Instant instant,
                                    bool in_gap) noexcept {
-  if (!instant.is_tick) return;
-  const bool has_request = take(table, false);
-  if (reply_connected_ && table.value(*reply_connected_) == 0.0) mark_disconnected(instant.time_ns);
+  const bool has_request = take(table, instant, false);
+  if (instant.is_tick && reply_connected_ && table.value(*reply_connected_) == 0.0)
+    mark_disconnected(instant.time_ns);
   if (has_request)
     coverage_.check_unplaced(table, instant, in_gap);
   else
@@ -168,10 +169,10 @@ std::string ResponseJudge::figures(const Unanswered& unanswered) const {
                      std::to_string(unanswered.judged) + " unanswered, " + std::to_string(late_) + " late";
   if (answered_ > 0) text += ", slowest " + milliseconds_text(slowest_ns_);
   if (unanswered.disconnected > 0)
-    text += "; " + report::counted(unanswered.disconnected, "further request", "further requests") +
+    text += "; " + counted(unanswered.disconnected, "further request", "further requests") +
             " not judged, since the replying device was not connected";
   if (unanswered.cut_off > 0)
-    text += "; " + report::counted(unanswered.cut_off, "further request", "further requests") +
+    text += "; " + counted(unanswered.cut_off, "further request", "further requests") +
             " not judged, since the run or the window ended before their time limit";
   if (!has_all_times()) text += " (the list of times has the first " + std::to_string(times_ns_.size()) + ")";
   return text;
@@ -184,8 +185,9 @@ report::Expectation ResponseJudge::result(const Extent& extent) const {
   const std::uint64_t judged = answered_ + unanswered.judged;
   const std::uint64_t could_be_judged = judged + unanswered.disconnected;
   const std::string seen = figures(unanswered);
-  const std::string shortfall = coverage_.shortfall(extent.ticks, oldest_pending(extent.end_ns));
-  report::Expectation result = held_result(name_, coverage_, extent);
+  const std::optional<PendingBegin> pending = oldest_pending(extent.end_ns);
+  const std::string shortfall = coverage_.shortfall(extent.ticks, pending);
+  report::Expectation result = held_result(name_, coverage_, extent, pending);
   result.result = report::ExpectationResult::not_checked;
   result.first_failure_ns = first_failure(extent.end_ns);
   if (unanswered.judged > 0) {
@@ -305,9 +307,9 @@ ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) cons
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const Request& request = waiting(i);
     if (!request.is_judged) continue;
-    ++(request.disconnected                     ? count.disconnected
-       : request.time_ns + within_ns_ <= end_ns ? count.judged
-                                                : count.cut_off);
+    ++(request.disconnected                    ? count.disconnected
+       : request.time_ns + within_ns_ < end_ns ? count.judged
+                                               : count.cut_off);
   }
   return count;
 }
@@ -315,7 +317,7 @@ ResponseJudge::Unanswered ResponseJudge::unanswered_by(std::int64_t end_ns) cons
 std::optional<PendingBegin> ResponseJudge::oldest_pending(std::int64_t end_ns) const {
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const Request& request = waiting(i);
-    if (!request.is_judged || request.disconnected || request.time_ns + within_ns_ <= end_ns) continue;
+    if (!request.is_judged || request.disconnected || request.time_ns + within_ns_ < end_ns) continue;
     return PendingBegin{request.time_ns, request.evaluated_before};
   }
   return std::nullopt;
@@ -325,7 +327,7 @@ std::optional<std::int64_t> ResponseJudge::first_failure(std::int64_t end_ns) co
   std::optional<std::int64_t> first = first_failure_ns_;
   for (std::size_t i = 0; i < pending_count_; ++i) {
     const std::int64_t due_ns = waiting(i).time_ns + within_ns_;
-    if (waiting(i).is_judged && !waiting(i).disconnected && due_ns <= end_ns && (!first || due_ns < *first))
+    if (waiting(i).is_judged && !waiting(i).disconnected && due_ns < end_ns && (!first || due_ns < *first))
       first = due_ns;
   }
   return first;

@@ -39,7 +39,6 @@ class ResponseJudge final : public Judge {
   /// Keeps the times of the first million answers. Further ones are judged, too.
   ResponseJudge(const Response& claim, const JudgeContext& context);
 
-  // The frames of a tick are judged at the tick.
   void check(const signals::SignalTable& table, signals::Instant instant) noexcept override;
   void skip(const signals::SignalTable& table, signals::Instant instant) noexcept override;
   void check_unplaced(const signals::SignalTable& table, signals::Instant instant,
@@ -66,8 +65,11 @@ class ResponseJudge final : public Judge {
     double last_value = 0.0;
     std::int64_t last_ns = 0;
   };
-  /// Takes the requests and the replies in the order in which they came. Returns whether there was a request.
-  bool take(const signals::SignalTable& table, bool is_judged) noexcept;
+  /// Takes the requests and the replies of this instant. Returns whether there was a request.
+  bool take(const signals::SignalTable& table, signals::Instant instant, bool is_judged) noexcept;
+  /// What came on a side at this instant.
+  std::optional<Reply> arrived_at(Side& side, const signals::SignalTable& table,
+                                  signals::Instant instant) const noexcept;
   /// The value of a side without arrivals at this tick, if it changed.
   static std::optional<Reply> change_of(Side& side, const signals::SignalTable& table) noexcept;
 
@@ -102,7 +104,7 @@ class ResponseJudge final : public Judge {
   std::size_t first_ = 0, pending_count_ = 0;
   std::array<Reply, 64> early_replies_;  // a ring; unused ones are older than any request
   std::size_t next_early_ = 0;
-  bool was_checked_ = false;  ///< a tick of the window
+  bool was_checked_ = false;  ///< an instant of the window
   std::uint64_t answered_ = 0, late_ = 0, unanswered_ = 0, unanswered_disconnected_ = 0;
   std::int64_t slowest_ns_ = 0, slowest_request_ns_ = 0;
   std::optional<std::int64_t> first_failure_ns_;

@@ -1,5 +1,5 @@
 #pragma once
-// Instants and durations in the sentences of results, in ASCII.
+// Instants, durations and counts in the sentences of results, in ASCII.
 
 #include <cstdint>
 #include <string>
@@ -15,6 +15,10 @@ inline std::string instant_text(std::int64_t time_ns) {
 /// "20 ms"
 inline std::string duration_text(std::int64_t time_ns) {
   return report::to_ascii(report::chosen_time(time_ns));
+}
+/// "1 tick", "12000 ticks"
+inline std::string counted(std::uint64_t count, const char* one, const char* many) {
+  return report::to_ascii(report::counted(count, one, many));
 }
 
 }  // namespace hil::expectations

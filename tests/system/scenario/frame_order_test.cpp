@@ -67,5 +67,43 @@ TEST(FrameOrder, EachFrameIsSeenOnceAndNothingElse) {
     EXPECT_EQ(expectation["result"], "held") << expectation.dump(1);
 }
 
+/// The last tick is at 99 ms: the reply at 99.5 ms comes after it, and its request was due at 99.9 ms.
+TEST(FrameOrder, FramesAfterTheLastTickAreJudged) {
+  const Folder folder;
+  write_text(folder / "s.yaml", R"yaml(scenario: last frames
+base_rate: 1 kHz
+duration: 100 ms
+clock: virtual
+can:
+  - bus: car
+    device: virtual
+    database: bus.dbc
+    rate: 1 kHz
+    play: played.log
+    receive: [{message: Query, timeout: 0 ms}, {message: Reply, timeout: 0 ms}, {message: Beat, timeout: 50 ms}]
+expectations:
+  - {name: replies, response: {request: can.car.Query.N, reply: can.car.Reply.N, within: 10 ms, at_least: 2}}
+  - {name: beats, cycle_time: {message: can.car.Beat, period: 30 ms, tolerance: 1 ms, at_least: 3}}
+)yaml");
+  write_text(folder / "bus.dbc",
+             "VERSION \"\"\nBU_: A B\n"
+             "BO_ 1 Query: 1 A\n SG_ N : 0|8@1+ (1,0) [0|255] \"\" B\n"
+             "BO_ 2 Reply: 1 A\n SG_ N : 0|8@1+ (1,0) [0|255] \"\" B\n"
+             "BO_ 3 Beat: 1 A\n SG_ N : 0|8@1+ (1,0) [0|255] \"\" B\n");
+  const std::string replied =
+      "(0.009500) car 003#01\n(0.010500) car 001#01\n(0.020400) car 002#01\n"
+      "(0.039500) car 003#01\n(0.069500) car 003#01\n(0.089900) car 001#02\n";
+  write_text(folder / "played.log", replied + "(0.099500) car 003#01\n(0.099500) car 002#02\n");
+  Ended ended = run_hil({"run", folder / "s.yaml", "--out", folder / "out"});
+  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
+
+  write_text(folder / "played.log", replied);
+  ended = run_hil({"run", folder / "s.yaml", "--out", folder / "missing"});
+  EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
+  const auto expectations = read_report(folder / "missing")["expectations"];
+  EXPECT_EQ(expectations[0]["result"], "failed") << expectations[0].dump(1);
+  EXPECT_EQ(expectations[1]["result"], "failed") << expectations[1].dump(1);
+}
+
 }  // namespace
 }  // namespace hil::scenario_test

@@ -22,11 +22,6 @@ class FramesOfATick : public Expectations {
     arrivals_.keep(device_, links_, reply_);
   }
 
-  void tick(const std::vector<Judge*>& judges, std::int64_t time_ns) {
-    arrivals_.collect();
-    for (Judge* const judge : judges)
-      judge->check(table_, {.time_ns = time_ns});
-  }
   static void expect_answered(const Judge& judge, const std::vector<std::int64_t>& took_ns) {
     const auto result = judge.result({1'000 * ms, 1, ms});
     EXPECT_EQ(result.result, report::ExpectationResult::held) << result.detail;

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "runtime/config/parse.hpp"
 #include "runtime/expectations/count_judge.hpp"
@@ -78,6 +79,17 @@ class Expectations : public ::testing::Test {
     return result;
   }
   static Extent until(std::int64_t end_ns, std::uint64_t ticks = 1) { return {end_ns, ticks, ms}; }
+
+  /// Judges the frames that arrived, then the tick.
+  void tick(const std::vector<Judge*>& judges, std::int64_t time_ns) {
+    for (const Arrival& frame : arrivals_.collect()) {
+      arrivals_.set_current(frame);
+      for (Judge* const judge : judges)
+        judge->check(table_, {.time_ns = frame.time_ns, .is_tick = false});
+    }
+    for (Judge* const judge : judges)
+      judge->check(table_, {.time_ns = time_ns});
+  }
 
   void set_speed(Judge& judge, double speed, std::int64_t time_ns) {
     table_.write(speed_, speed, time_ns);

@@ -92,9 +92,14 @@ TEST_F(Windows, CountAndReactionsBeginInThem) {
       windowed(Reaction{condition("ego.speed > 5"), condition("ego.speed < 1"), 2 * ms}, between(2, 6));
   run(*reaction, {9, 9, 0, 9, 0, 9, 9, 0});
   // The second one is open at the end of the window, whose ticks from there on are not evaluated.
-  expect(*reaction, until(8 * ms, 8), Result::not_checked,
-         {"1 of 1 reaction in time", "1 not judged, since the run or the window ended before",
-          "evaluated on 3 of 5 ticks"});
+  const auto result =
+      expect(*reaction, until(8 * ms, 8), Result::not_checked,
+             {"1 of 1 reaction in time", "1 not judged, since the run or the window ended before",
+              "evaluated on 3 of 5 ticks"});
+  EXPECT_EQ(result.evaluated_ticks, 3U);
+  ASSERT_EQ(result.not_evaluated.size(), 1U);
+  EXPECT_EQ(result.not_evaluated[0].begin_ns, 5 * ms);
+  EXPECT_EQ(result.not_evaluated[0].end_ns, 6 * ms);
 }
 
 TEST_F(Windows, ResponsesAreToTheRequestsInThem) {
