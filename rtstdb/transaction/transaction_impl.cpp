@@ -38,6 +38,7 @@ void TransactionImpl::begin(const Terms& terms) noexcept {
   declared_counts_.clear();
   reads_.clear();
   outcome_ = Outcome{};
+  outcome_.deadline_class = terms.deadline_class;
   begun_ = true;
   status_.set(static_cast<std::uint32_t>(Status::idle));
 }

@@ -28,6 +28,8 @@ void read_realtime(const Value& value, Realtime& realtime) {
   for (const Value& cpu : value["cpus"].items())
     realtime.cpus.push_back(static_cast<int>(cpu.integer()));
   realtime.max_lost = value["max_lost"].number();
+  if (value.has("max_hard_misses"))
+    realtime.max_hard_misses = static_cast<std::uint64_t>(value["max_hard_misses"].integer());
   if (value.has("watchdog")) realtime.watchdog_ns = value["watchdog"].duration_ns();
 }
 

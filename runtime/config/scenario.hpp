@@ -39,6 +39,7 @@ struct Realtime {
   std::vector<int> cpus;         ///< empty: no affinity
   std::int64_t watchdog_ns = 0;  ///< 0: the executive's own choice
   double max_lost = 0.0;         ///< share of ticks, or of a task's releases, that may be lost
+  std::optional<std::uint64_t> max_hard_misses{};  ///< runs of tasks with a late hard transaction
 };
 
 struct NoShape {};

@@ -48,9 +48,14 @@ Schema realtime_schema(std::span<const BusSectionType> buses) {
                           "The processors that the base thread and the task threads may run on. Empty: all."),
       Field::with_default("max_lost", Schema::quantity(Quantity::share, 0.0, 1.0), "5 %",
                           "The largest permitted share of skipped ticks, of each task's releases that were "
-                          "skipped, aborted or left without a result of the database" +
+                          "skipped, aborted or left without a result of the database, of each task's runs "
+                          "with a hard transaction after its deadline" +
                               unsent_outputs_words(buses) +
                               ". Above it the run's timing is broken (exit code 3)."),
+      Field::optional("max_hard_misses", Schema::integer(0, 1'000'000'000),
+                      "With more runs of tasks that have a hard transaction after its deadline, the run's "
+                      "timing is broken (exit code 3). Modules write bodies by hard transactions. Left out: "
+                      "max_lost alone is their limit."),
       Field::optional("watchdog", duration_schema(1e-3),
                       "The run ends, with outputs in their safe state, when the base thread completes no "
                       "tick for this time. Left out: the longer of 100 ms and 50 base periods."),

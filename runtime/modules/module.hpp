@@ -156,6 +156,12 @@ class StepContext {
   std::int64_t gpu_ns = 0;
   /// The status of the first transaction of this step that failed; idle: none failed.
   rtstdb::Status failure = rtstdb::Status::idle;
+  /// Of this step's hard transactions that were late, the latest one.
+  struct HardMiss {
+    std::int64_t lateness_ns = 0;  ///< 0: there is none
+    const char* cause = "";        ///< what took most of the time, as "waited for other transactions"
+  };
+  HardMiss hard_miss{};
 };
 
 class Module {

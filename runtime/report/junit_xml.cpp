@@ -18,8 +18,8 @@ std::string trouble_in_words(const RunRecord& record) {
   std::string words = skipped_ticks_sentence(record);
   if (!words.empty()) words += '\n';
   for (const Task& task : record.tasks) {
-    if (const std::string sentence = lost_releases_sentence(task); !sentence.empty())
-      words += sentence + '\n';
+    for (const std::string& sentence : {lost_releases_sentence(task), hard_misses_sentence(task)})
+      if (!sentence.empty()) words += sentence + '\n';
     if (task.deadline_misses == 0) continue;
     words += task.name + ": " + counted(task.deadline_misses, "deadline miss", "deadline misses") + '\n';
     for (const Miss& miss : task.misses) {

@@ -95,6 +95,7 @@ void each_field(T& task, Visit&& visit) {
   visit("aborted", task.aborted);
   visit("over_budget", task.over_budget);
   visit("without_result", task.without_result);
+  visit("hard_misses", task.hard_misses);
   visit("warmup_problems", task.warmup_problems);
   visit("page_faults", task.page_faults);
   visit("wake_latency_ns", task.wake_latency_ns);
@@ -106,6 +107,8 @@ void each_field(T& task, Visit&& visit) {
   visit("misses_by_cause", task.misses_by_cause);
   visit("worst_lateness_ns", task.worst_lateness_ns);
   visit("misses", task.misses);
+  visit("first_hard_misses", task.first_hard_misses);
+  visit("worst_hard_miss", task.worst_hard_miss);
   visit("histograms", task.histograms);
 }
 

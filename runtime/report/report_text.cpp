@@ -133,8 +133,8 @@ std::string report_text(const RunRecord& record, const std::string& report_place
   for (const Task& task : record.tasks)
     add_misses(out, task);
   for (const Task& task : record.tasks) {
-    if (const std::string sentence = lost_releases_sentence(task); !sentence.empty())
-      out += "  " + to_ascii(one_line(sentence)) + '\n';
+    for (const std::string& sentence : {lost_releases_sentence(task), hard_misses_sentence(task)})
+      if (!sentence.empty()) out += "  " + to_ascii(one_line(sentence)) + '\n';
   }
   if (const std::string sentence = skipped_ticks_sentence(record); !sentence.empty())
     out += "  " + to_ascii(sentence) + '\n';
@@ -197,6 +197,15 @@ std::string lost_releases_sentence(const Task& task) {
   if (task.aborted > 0) sentence += ", " + count_text(task.aborted) + " aborted";
   return sentence + " (" +
          percent(static_cast<double>(task.skipped + task.aborted) / static_cast<double>(releases)) + ")";
+}
+
+std::string hard_misses_sentence(const Task& task) {
+  if (task.hard_misses == 0) return {};
+  return "task " + task.name + ": " + count_text(task.hard_misses) + " of " +
+         counted(task.runs + task.warmup_runs, "run", "runs") +
+         " had a hard transaction after its deadline, at most " +
+         measured_time(task.worst_hard_miss.lateness_ns) + " late, in tick " +
+         count_text(task.worst_hard_miss.tick) + ": " + task.worst_hard_miss.cause;
 }
 
 std::vector<std::string> sentences_of_unchecked_injections(const RunRecord& record) {

@@ -47,6 +47,9 @@ std::string recording_text(const Recording& recording);
 
 /// The number of skipped and aborted releases of the task; empty: none. Typographic.
 std::string lost_releases_sentence(const Task& task);
+/// "task traffic: 3 of 1,000 runs had a hard transaction after its deadline, at most 0.4 ms late, in tick
+/// 512: waited for other transactions". Empty: none had one.
+std::string hard_misses_sentence(const Task& task);
 
 /// Stimuli and faults that never began or took no effect, a sentence each: the run does not check what they
 /// are for. Typographic.

@@ -135,6 +135,7 @@ struct Task {
   std::uint64_t aborted = 0;
   std::uint64_t over_budget = 0;
   std::uint64_t without_result = 0;  ///< runs, warm-up runs included, in which a transaction failed
+  std::uint64_t hard_misses = 0;     ///< runs, warm-up runs included, with a late hard transaction
   /// Misses, overruns, skipped, aborted and over_budget of the warm-up, which those counts do not include.
   std::uint64_t warmup_problems = 0;
   std::uint64_t page_faults = 0;
@@ -149,6 +150,9 @@ struct Task {
   std::vector<CauseCount> misses_by_cause;
   std::int64_t worst_lateness_ns = 0;
   std::vector<Miss> misses;  ///< the first ones
+  /// Of hard transactions, as `misses`.
+  std::vector<Miss> first_hard_misses;
+  Miss worst_hard_miss;
 };
 
 /// A part of the base tick. All stages, idle included, add up to the run.

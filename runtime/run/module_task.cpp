@@ -70,13 +70,20 @@ void ModuleTask::latch(const executive::TickInfo& tick) noexcept {
   context_.version = latest_version();
 }
 
-void ModuleTask::step(const executive::TickInfo& /*tick*/) noexcept {
+void ModuleTask::step(const executive::TickInfo& tick) noexcept {
   context_.blocked_ns = 0;
   context_.gpu_ns = 0;
   context_.failure = rtstdb::Status::idle;
+  context_.hard_miss = {};
   module_.step(context_);
   step_added_ns_ = added_ns_.load(std::memory_order_relaxed);
   if (step_added_ns_ > 0) longer_steps_.fetch_add(1, std::memory_order_relaxed);
+  if (context_.hard_miss.lateness_ns > 0) {
+    const HardMiss miss{context_.hard_miss, tick.tick};
+    if (hard_misses_ < max_hard_misses) first_hard_misses_[hard_misses_] = miss;
+    if (miss.lateness_ns > worst_hard_miss_.lateness_ns) worst_hard_miss_ = miss;
+    ++hard_misses_;
+  }
   if (context_.failure == rtstdb::Status::idle) return;
   if (runs_without_result_++ == 0) first_failure_ = context_.failure;
 }

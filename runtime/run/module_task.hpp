@@ -2,8 +2,11 @@
 // A module as a task of the executive: copies its inputs from the signal table, steps it, and publishes its
 // outputs. A module works on copies, so that one on a task thread never accesses the table.
 
+#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "runtime/executive/clock.hpp"
@@ -45,6 +48,17 @@ class ModuleTask final : public executive::Task {
   /// The status of the first such transaction.
   rtstdb::Status first_failure() const noexcept { return first_failure_; }
 
+  /// A run with a hard transaction that was late.
+  struct HardMiss : modules::StepContext::HardMiss {
+    std::uint64_t tick = 0;
+  };
+  /// The number of such runs, warm-up runs included, the first of them, and the latest. After the run.
+  std::uint64_t hard_misses() const noexcept { return hard_misses_; }
+  std::span<const HardMiss> first_hard_misses() const noexcept {
+    return std::span(first_hard_misses_).first(std::min<std::uint64_t>(hard_misses_, max_hard_misses));
+  }
+  const HardMiss& worst_hard_miss() const noexcept { return worst_hard_miss_; }
+
  private:
   void latch_inputs(std::vector<signals::SignalValue>& inputs) noexcept;
   rtstdb::Version latest_version() const noexcept;
@@ -68,6 +82,10 @@ class ModuleTask final : public executive::Task {
   std::atomic<std::uint64_t> longer_steps_{0};
   std::uint64_t runs_without_result_ = 0;
   rtstdb::Status first_failure_ = rtstdb::Status::idle;
+  static constexpr std::size_t max_hard_misses = 20;
+  std::uint64_t hard_misses_ = 0;
+  std::array<HardMiss, max_hard_misses> first_hard_misses_;
+  HardMiss worst_hard_miss_;
 };
 
 }  // namespace hil::run

@@ -201,6 +201,13 @@ void RunWorld::add_unanswered_runs(report::RunRecord& record) const {
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     report::Task& task = record.tasks[i];
     task.without_result = tasks_[i]->runs_without_result();
+    const auto recorded = [](const ModuleTask::HardMiss& miss) {
+      return report::Miss{miss.tick, miss.cause, miss.lateness_ns};
+    };
+    task.hard_misses = tasks_[i]->hard_misses();
+    for (const ModuleTask::HardMiss& miss : tasks_[i]->first_hard_misses())
+      task.first_hard_misses.push_back(recorded(miss));
+    task.worst_hard_miss = recorded(tasks_[i]->worst_hard_miss());
     if (task.without_result == 0) continue;
     record.realtime.degraded.push_back(
         "task " + task.name + ": " + std::to_string(task.without_result) + " of " +

@@ -299,6 +299,7 @@ SessionResult LiveSession::run() {
           .gpu_lost = world_->device_lost(),
           .interrupted = interrupted,
           .max_lost = scenario_.realtime.max_lost,
+          .max_hard_misses = scenario_.realtime.max_hard_misses,
           .fail_on = context_.options.fail_on},
          record);
   for (const report::Event& event : record.events)
@@ -313,6 +314,9 @@ SessionResult LiveSession::run() {
     context_.log.warn("not checked: " + report::to_ascii(sentence));
   if (const std::string sentence = report::skipped_ticks_sentence(record); !sentence.empty())
     context_.log.warn(report::to_ascii(sentence));
+  for (const report::Task& task : record.tasks)
+    if (const std::string sentence = report::hard_misses_sentence(task); !sentence.empty())
+      context_.log.warn(report::to_ascii(sentence));
   for (const std::string& sentence : record.realtime.degraded)
     context_.log.warn("degraded: " + sentence);
   if (scenario_.writes_trace) session.trace = trace_of(result, record.events);

@@ -40,6 +40,8 @@ std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) 
                             " had no result of the database",
                         max_lost);
     }
+    if (exceeds(task.hard_misses, task.runs + task.warmup_runs, max_lost))
+      return with_limit(report::hard_misses_sentence(task), max_lost);
   }
   for (const report::BusGroup& group : record.buses) {
     for (const report::BusRecord& bus : group.buses) {
@@ -54,6 +56,19 @@ std::string lost_beyond_limit(const report::RunRecord& record, double max_lost) 
     }
   }
   return {};
+}
+
+/// A sentence on the hard transactions that were late, if they are more than permitted; else empty.
+std::string hard_misses_beyond(const report::RunRecord& record, std::uint64_t max_hard_misses) {
+  std::uint64_t all = 0;
+  const report::Task* first = nullptr;
+  for (const report::Task& task : record.tasks) {
+    all += task.hard_misses;
+    if (first == nullptr && task.hard_misses > 0) first = &task;
+  }
+  if (all <= max_hard_misses) return {};
+  return report::to_ascii(report::hard_misses_sentence(*first)) +
+         "; the limit (realtime.max_hard_misses) is " + std::to_string(max_hard_misses);
 }
 
 }  // namespace
@@ -73,6 +88,10 @@ void decide(const VerdictInputs& inputs, report::RunRecord& record) {
   }
   if (const std::string lost = lost_beyond_limit(record, inputs.max_lost); !lost.empty())
     return conclude(report::Verdict::timing_broken, exit_timing_broken, lost);
+  if (inputs.max_hard_misses) {
+    if (const std::string late = hard_misses_beyond(record, *inputs.max_hard_misses); !late.empty())
+      return conclude(report::Verdict::timing_broken, exit_timing_broken, late);
+  }
   if (inputs.fail_on && timing_broken(*inputs.fail_on, inputs.result, record)) {
     return conclude(report::Verdict::timing_broken, exit_timing_broken,
                     "the condition of --fail-on holds: " + inputs.fail_on->text);

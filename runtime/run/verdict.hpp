@@ -27,8 +27,11 @@ struct VerdictInputs {
   const executive::RunResult& result;
   bool gpu_lost = false;
   bool interrupted = false;
-  /// The share of base ticks, of each task's releases and of each bus's outputs that may be lost.
+  /// The share that may be lost of base ticks, of each task's releases, and of each bus's outputs, and that
+  /// may have late hard transactions of each task's runs.
   double max_lost = 1.0;
+  /// The number of runs of tasks with a late hard transaction that may be; empty: no limit but max_lost.
+  std::optional<std::uint64_t> max_hard_misses{};
   const std::optional<FailOn>& fail_on;
 };
 

@@ -31,7 +31,7 @@ struct EntityState {
 
 /// Consequence of a missed deadline.
 enum class DeadlineClass : std::uint8_t {
-  hard,         ///< a miss is a fault of the run: the transaction is executed all the same, and counted
+  hard,         ///< a miss is a fault: the transaction is executed all the same, and counted as hard miss
   firm,         ///< published in time or not at all; admission control may refuse it
   soft,         ///< may be late; Outcome::lateness says by how much
   best_effort,  ///< no guarantee; cancelled first when the queue is full
@@ -166,6 +166,7 @@ struct Conflict {
 /// The outcome of a transaction. Members that do not belong to its status have their defaults.
 struct Outcome {
   Status status = Status::idle;
+  DeadlineClass deadline_class = DeadlineClass::soft;  ///< of its Terms
   BadInput bad_input{};
   std::int32_t bad_query = -1;  ///< bad_input: ordinal of the wrong add_query; -1: a write, or the Terms
   Conflict conflict{};

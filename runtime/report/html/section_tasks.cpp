@@ -26,6 +26,10 @@ std::string counts_of(const Task& task) {
   if (task.warmup_problems > 0) text += ", " + count_text(task.warmup_problems) + " of these in the warm-up";
   if (task.without_result > 0)
     text += ", " + count_text(task.without_result) + " runs without a result of the database";
+  if (task.hard_misses > 0)
+    text += ", " + count_text(task.hard_misses) +
+            " runs with a hard transaction after its deadline, at most " +
+            measured_time(task.worst_hard_miss.lateness_ns) + " (" + task.worst_hard_miss.cause + ")";
   return text + "; " + counted(task.page_faults, "page fault", "page faults") + ".";
 }
 

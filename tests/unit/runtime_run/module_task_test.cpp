@@ -254,6 +254,41 @@ TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   EXPECT_EQ(task_.first_failure(), rtstdb::Status::bad_input);
 }
 
+TEST_F(ModuleTasks, CountRunsWithALateHardTransaction) {
+  module_.queried = &database_;
+  rtstdb::Outcome& outcome = database_.outcome;
+  outcome.status = rtstdb::Status::late;
+  const auto run = [&](std::uint64_t tick, std::int64_t submitted, std::int64_t started,
+                       std::int64_t published, std::int64_t lateness) {
+    outcome.submitted = rtstdb::clock_time_ns(submitted);
+    outcome.started = rtstdb::clock_time_ns(started);
+    outcome.published = rtstdb::clock_time_ns(published);
+    outcome.lateness = rtstdb::Nanoseconds(lateness);
+    task_.step({.tick = tick});
+  };
+  run(1, 0, 10, 100, 20);
+  EXPECT_EQ(task_.hard_misses(), 0U) << "a soft one may be late";
+  outcome.deadline_class = rtstdb::DeadlineClass::hard;
+  run(2, 0, 10, 100, 20);
+  run(3, 0, 80, 100, 30);
+  run(4, 90, 91, 100, 15);
+  outcome.interrupted = rtstdb::Nanoseconds(70);
+  run(5, 0, 10, 100, 5);
+  EXPECT_EQ(task_.hard_misses(), 4U);
+  std::vector<std::string> misses;
+  for (const ModuleTask::HardMiss& miss : task_.first_hard_misses())
+    misses.push_back(std::to_string(miss.tick) + " " + miss.cause);
+  EXPECT_EQ(misses, (std::vector<std::string>{"2 own work", "3 waited for other transactions",
+                                              "4 submitted after its deadline",
+                                              "5 interrupted by other transactions"}));
+  EXPECT_EQ(task_.worst_hard_miss().tick, 3U);
+  for (std::uint64_t tick = 6; tick < 50; ++tick)
+    run(tick, 0, 10, 100, 5);
+  EXPECT_EQ(task_.hard_misses(), 48U);
+  EXPECT_EQ(task_.first_hard_misses().size(), 20U) << "the others are counted";
+  EXPECT_EQ(task_.runs_without_result(), 0U);
+}
+
 TEST_F(ModuleTasks, UseCopiesOfTheSignalsBetweenLatchAndPublish) {
   const executive::TickInfo tick{.tick = 0, .time_ns = 0, .period_ns = ms, .run = 0};
   table_.write(source_, 10.0, 0);

@@ -23,6 +23,7 @@ class Verdicts : public ::testing::Test {
             .gpu_lost = gpu_lost,
             .interrupted = interrupted,
             .max_lost = 0.05,
+            .max_hard_misses = max_hard_misses_,
             .fail_on = fail_on_},
            record_);
     return record_.exit_code;
@@ -30,6 +31,7 @@ class Verdicts : public ::testing::Test {
 
   executive::RunResult result_;
   std::optional<FailOn> fail_on_;
+  std::optional<std::uint64_t> max_hard_misses_;
   report::RunRecord record_;
 };
 
@@ -76,6 +78,26 @@ TEST_F(Verdicts, RunsWithoutAResultBreakTheTiming) {
   record_.tasks[0].without_result = 6;
   EXPECT_EQ(exit_code(), exit_timing_broken);
   EXPECT_NE(record_.reason.find("6 of 100 runs had no result"), std::string::npos) << record_.reason;
+}
+
+TEST_F(Verdicts, HardMissesBreakTheTiming) {
+  report::Task& task = record_.tasks[0];
+  task.warmup_runs = 20;
+  task.hard_misses = 6;
+  task.worst_hard_miss = {.tick = 512, .cause = "own work", .lateness_ns = 400'000};
+  EXPECT_EQ(exit_code(), exit_passed) << "6 of 120";
+  max_hard_misses_ = 6;
+  EXPECT_EQ(exit_code(), exit_passed);
+  max_hard_misses_ = 5;
+  EXPECT_EQ(exit_code(), exit_timing_broken);
+  EXPECT_EQ(record_.reason,
+            "task scanner: 6 of 120 runs had a hard transaction after its deadline, at most 400 us late, in "
+            "tick 512: own work; the limit (realtime.max_hard_misses) is 5");
+  max_hard_misses_.reset();
+  task.hard_misses = 7;
+  EXPECT_EQ(exit_code(), exit_timing_broken);
+  EXPECT_NE(record_.reason.find("7 of 120 runs"), std::string::npos) << record_.reason;
+  EXPECT_NE(record_.reason.find("realtime.max_lost"), std::string::npos) << record_.reason;
 }
 
 TEST_F(Verdicts, OutputsThatWereNotSentBreakTheTiming) {
