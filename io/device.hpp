@@ -220,8 +220,8 @@ class Device {
   /// remote side is idle. False: the remote side exceeded its wall-clock limit; fault() says which one.
   virtual bool exchange(RunTimeNs tick_ns) = 0;
 
-  /// Ends all faults, and sends every output's safe value once, as soon as the device's thread can. Any
-  /// thread.
+  /// Ends all faults, and sends every output's safe value once, as soon as the device's thread can. What
+  /// arrives after that is not kept for next_arrival. Any thread.
   virtual void enter_safe_state() noexcept = 0;
 
   /// Stops the threads and closes the device. Sends what was released before, within a bounded time.

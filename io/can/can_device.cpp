@@ -494,6 +494,7 @@ void CanDevice::set_send_fault(const std::string& fault) {
 
 void CanDevice::send_requested_safe_values() {
   if (!safe_state_requested_.exchange(false, std::memory_order_acq_rel)) return;
+  arrivals_.end();
   faults_.end_all();
   if (playback_) playback_->cancel();
   update_injected_bus_off();

@@ -2,6 +2,7 @@
 // The arrivals that a device keeps one by one for the tick: each frame, or the registers of each request. At
 // most max_kept_arrivals wait; newer ones are dropped and counted. A tick takes those whose values it has
 // latched, and no later one: the device publishes its values with completed(), and latch() takes that number.
+// What arrives after the device sent its safe values is a reply to them, and no part of the run.
 
 #include <algorithm>
 #include <atomic>
@@ -24,8 +25,9 @@ struct ValuesOfArrivals {
   std::uint64_t arrivals = 0;
 };
 
-/// Threads: keep before the start; add, complete and completed from the device's thread, latch and take from
-/// the tick thread, all without allocation; lost on any. latch_all while the device's thread does not run.
+/// Threads: keep before the start; add, complete, completed and end from the device's thread, latch and take
+/// from the tick thread, all without allocation; lost on any. begin and latch_all while the device's thread
+/// does not run.
 class KeptArrivals {
  public:
   /// Keeps `count` inputs from `first` on. `max_values`: the most kept values of one arrival.
@@ -44,6 +46,7 @@ class KeptArrivals {
   /// The arrival has no further value.
   void complete(RunTimeNs time_ns) noexcept {
     if (arriving_.empty()) return;
+    if (has_ended_) return arriving_.clear();
     if (ring_->push(arriving_, time_ns)) {
       ++completed_;
     } else {
@@ -51,6 +54,9 @@ class KeptArrivals {
     }
     arriving_.clear();
   }
+  /// The safe values are sent: nothing is kept until the next begin.
+  void end() noexcept { has_ended_ = true; }
+  void begin() noexcept { has_ended_ = false; }
   /// The number of inputs that are kept.
   std::size_t kept_inputs() const noexcept {
     return static_cast<std::size_t>(std::ranges::count(keeps_, true));
@@ -74,6 +80,7 @@ class KeptArrivals {
   std::vector<bool> keeps_;            ///< by input; may be shorter
   std::vector<InputValue> arriving_;
   std::uint64_t completed_ = 0;
+  bool has_ended_ = false;
   std::uint64_t latched_ = 0, taken_ = 0;  ///< tick thread
   std::atomic<std::uint64_t> lost_{0};
 };

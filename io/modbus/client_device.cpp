@@ -134,6 +134,7 @@ void ClientDevice::start(const RunClock& clock, Pacing pacing) {
   due_ = false;
   stopping_.store(false);
   safe_requested_.store(false);
+  arrivals_.begin();
   address_ = resolve(settings_.endpoint);
   const CycleLimit limit = limit_from_now(settings_.start_timeout);
   while (!connect(limit)) {
@@ -269,6 +270,7 @@ void ClientDevice::take_work() noexcept {
     due_ = true;
   }
   if (safe) {
+    arrivals_.end();
     for (std::size_t i = 0; i < outputs_.size(); ++i)
       wanted_[i] = outputs_[i].safe_value;
     for (WriteRequest& request : write_requests_)

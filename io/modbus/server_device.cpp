@@ -81,6 +81,7 @@ void ServerDevice::start(const RunClock& clock, Pacing pacing) {
   readings_.reset({.values = newest_readings_, .arrivals = arrivals_.completed()});
   stopping_.store(false);
   safe_requested_.store(false);
+  arrivals_.begin();
   wake_event_ = Descriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (!wake_event_.open()) {
     throw DeviceError("Modbus server " + settings_.name +
@@ -214,6 +215,7 @@ void ServerDevice::bring_outputs_up_to_date() noexcept {
   const bool safe = safe_requested_.exchange(false);
   const bool newer = releases_.take_newest();
   if (!safe && !newer) return;
+  if (safe) arrivals_.end();
   for (std::size_t i = 0; i < outputs_.size(); ++i) {
     const double value = safe ? outputs_[i].safe_value : releases_.current()[i];
     const std::size_t index = output_entries_[i];

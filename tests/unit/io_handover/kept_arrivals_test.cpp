@@ -87,5 +87,28 @@ TEST(KeptArrivals, TheLastOneOfATickHasItsValue) {
   device.join();
 }
 
+TEST(KeptArrivals, RepliesToSafeValuesAreNotKept) {
+  KeptArrivals arrivals;
+  arrivals.keep(0, 1, 1);
+  const auto arrive = [&](double value) {
+    arrivals.add(0, value);
+    arrivals.complete(0);
+  };
+  arrive(1.0);
+  arrivals.end();
+  arrive(2.0);
+  arrivals.latch_all();
+  std::vector<InputValue> values(1);
+  ASSERT_TRUE(arrivals.take(values));
+  EXPECT_EQ(values[0].value, 1.0);
+  EXPECT_FALSE(arrivals.take(values));
+  EXPECT_EQ(arrivals.lost(), 0U);
+  arrivals.begin();
+  arrive(3.0);
+  arrivals.latch_all();
+  ASSERT_TRUE(arrivals.take(values));
+  EXPECT_EQ(values[0].value, 3.0);
+}
+
 }  // namespace
 }  // namespace hil::io
