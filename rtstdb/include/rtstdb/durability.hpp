@@ -4,15 +4,15 @@
 //
 // Guarantees by mode:
 //
-//   mode           outcome is given a version is readable a crash of the process or a power loss loses
-//   volatile_only  at publication at publication everything
-//   async          at publication at publication the commits not on disk yet: with a disk that
-//                                                                      keeps up, those of the last
-//                                                                      flush_interval and of the write in
-//                                                                      progress
-//   group          on disk, with the commits at publication no transaction whose outcome says `durable` that
-//                  arrived meanwhile
-//   sync           on disk on disk no readable version
+//   mode           the outcome is given   a version is readable   a crash or a power loss loses
+//   volatile_only  at publication         at publication          everything
+//   async          at publication         at publication          the commits that are not on disk: when the
+//                                                                 disk keeps up, those of the last
+//                                                                 flush_interval and of the write in progress
+//   group          when it is on disk     at publication          no transaction whose outcome says `durable`
+//   sync           when it is on disk     when it is on disk      no version that was readable
+//
+// In group mode the commits that arrive during a write are written together by the next one.
 //
 // Recovery restores the world as it was after one version, with all earlier versions included. A deadline
 // applies to publication; in sync mode publication happens on disk.
