@@ -99,7 +99,7 @@ TEST_P(BatchSizes, DoNotChangeAnswers) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Processors, BatchSizes, testing::Values(1u, 3u, 32u));
+INSTANTIATE_TEST_SUITE_P(Processors, BatchSizes, testing::Values(3u, 32u));
 
 }  // namespace
 }  // namespace rtstdb::test

@@ -15,11 +15,7 @@ using SteadyClock = std::chrono::steady_clock;
 using DeviceLoss = DeviceLossTest;
 
 /// A sample of calls; long_device_loss_test tests each call.
-#ifdef __SANITIZE_ADDRESS__
 constexpr std::uint64_t stride = 8;
-#else
-constexpr std::uint64_t stride = 4;
-#endif
 
 TEST_F(DeviceLoss, AtACallOfATransactionLeavesNoTrace) {
   lose_at_calls_of_each_kind(7 * stride);

@@ -69,7 +69,8 @@ TEST(VirtualDocking, CapsuleDocksWithBeamsThatTileItsView) {
 TEST(VirtualDocking, ATouchThatIsTooFastIsNoDocking) {
   const Folder folder;
   const Ended run = run_hil({"run", docking("docking.yaml"), "--clock", "virtual", "--out", folder / "out",
-                             "--duration", "55 s", "--set", "expectations.docked in time.by=54 s", "--set",
+                             "--duration", "50 s", "--set", "expectations.docked in time.by=49 s", "--set",
+                             "tasks.scanner.parameters.rows=24", "--set",
                              "world.entities.capsule.position=[0.5 m, 9 m, -0.3 m]", "--set",
                              "tasks.port.parameters.capture.closing_speed=0.005 m/s"});
   EXPECT_EQ(run.code, 1) << run.output << run.errors;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "tests/paths.h"
 #include "tests/system/scenario/hil.hpp"
@@ -73,11 +74,24 @@ std::vector<double> values_between(const std::vector<io::can::LoggedFrame>& fram
   return values_on_bus(some, name);
 }
 
-TEST(FrozenList, StopsTheCarWithTheCheck) {
-  const Folder folder;
-  const Ended ended = run_hil({"run", crossing_file(checked), "--out", folder / "out"});
-  EXPECT_EQ(ended.code, 0) << ended.output << ended.errors;
-  const auto report = read_report(folder / "out");
+/// One run with the check, which its tests read.
+class FrozenList : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<Folder>();
+    ended_ = run_hil({"run", crossing_file(checked), "--out", out()});
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+  void SetUp() override { ASSERT_EQ(ended_.code, 0) << ended_.output << ended_.errors; }
+  static std::string out() { return *folder_ / "out"; }
+
+ private:
+  inline static std::unique_ptr<Folder> folder_;
+  inline static Ended ended_;
+};
+
+TEST_F(FrozenList, StopsTheCarWithTheCheck) {
+  const auto report = read_report(out());
   EXPECT_EQ(events_of(report, "fault frozen_"),
             (std::vector<std::string>{
                 "4986 fault frozen_object0 begins: can.car.Object0 stuck at its last payload",
@@ -97,14 +111,12 @@ TEST(FrozenList, StopsTheCarWithTheCheck) {
     EXPECT_EQ(fault["frames"], 360) << "of the lists from 4990 ms to 8580 ms";
 
   // The distance of a tick is visible a tick later, and begins the fault in the tick after that.
-  const Signals signals(folder / "out");
+  const Signals signals(out());
   EXPECT_EQ(std::ceil(falls_below_ms(distances(signals), freezes_at_m)) + 2.0, 4986.0);
 }
 
-TEST(FrozenList, RepeatsItsObjectsWithValidCountersAndChecksums) {
-  const Folder folder;
-  ASSERT_EQ(run_hil({"run", crossing_file(checked), "--out", folder / "out"}).code, 0);
-  const auto frames = read_can_log(folder / "out/can-car.log");
+TEST_F(FrozenList, RepeatsItsObjectsWithValidCountersAndChecksums) {
+  const auto frames = read_can_log(out() + "/can-car.log");
   for (const std::string object : {"Object0", "Object1", "Object2", "Object3"}) {
     for (const char* const signal : {".Valid", ".PosX", ".PosY", ".Age"}) {
       const std::vector<double> frozen = values_between(frames, object + signal, 4980, 8584);
@@ -119,18 +131,17 @@ TEST(FrozenList, RepeatsItsObjectsWithValidCountersAndChecksums) {
   EXPECT_EQ(values_between(frames, "BrakeCommand.AnswerTo", 4980, 8584), counters) << "it answers each list";
 }
 
-TEST(FrozenList, RunsAreByteForByteAlike) {
+TEST_F(FrozenList, RunsAreByteForByteAlike) {
   const Folder folder;
-  for (const char* const out : {"one", "two"})
-    ASSERT_EQ(run_hil({"run", crossing_file(checked), "--out", folder / out}).code, 0);
+  ASSERT_EQ(run_hil({"run", crossing_file(checked), "--out", folder / "again"}).code, 0);
   for (const std::string file : {"signals.csv", "can-car.log"})
-    EXPECT_TRUE(read_text(folder / ("one/" + file)) == read_text(folder / ("two/" + file))) << file;
-  const auto history = [&](const char* run) { return run_hil({"db", "export", folder / run}).output; };
-  EXPECT_GT(history("one").size(), 1'000'000U);
-  EXPECT_TRUE(history("one") == history("two"));
+    EXPECT_TRUE(read_text(out() + "/" + file) == read_text(folder / ("again/" + file))) << file;
+  const auto history = [&](const std::string& run) { return run_hil({"db", "export", run}).output; };
+  EXPECT_GT(history(out()).size(), 1'000'000U);
+  EXPECT_TRUE(history(out()) == history(folder / "again"));
 }
 
-TEST(FrozenList, CollidesWithoutTheCheck) {
+TEST_F(FrozenList, CollidesWithoutTheCheck) {
   const Folder folder;
   const Ended ended = run_hil({"run", crossing_file(unchecked), "--out", folder / "out"});
   EXPECT_EQ(ended.code, 1) << ended.output << ended.errors;
@@ -151,7 +162,7 @@ TEST(FrozenList, CollidesWithoutTheCheck) {
 }
 
 /// The same traffic, scanner and controller, but every list is live.
-TEST(FrozenList, WithoutTheFaultNoCheckIsNeeded) {
+TEST_F(FrozenList, WithoutTheFaultNoCheckIsNeeded) {
   const Folder folder;
   const std::string command =
       "dut.command=[hil-aeb-controller, --bus, \"{can.car}\", --database, crossing.dbc, "
