@@ -48,6 +48,7 @@ std::string as_json_line(const Figure& figure, const std::string& device) {
   line["theirs"] = figure.theirs ? nlohmann::ordered_json(*figure.theirs) : nlohmann::ordered_json();
   const std::optional<double> ratio = figure.ratio();
   line["ratio"] = ratio ? nlohmann::ordered_json(*ratio) : nlohmann::ordered_json();
+  line["better"] = figure.better == Better::higher ? "higher" : "lower";
   line["device"] = device;
   line["samples"] = figure.samples;
   return line.dump();

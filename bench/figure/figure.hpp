@@ -26,7 +26,8 @@ struct Figure {
 /// The CPU model and the number of CPUs.
 std::string device_name();
 
-/// One JSON object with name, ours, unit, peer, theirs, ratio, device, samples; absent values are null.
+/// One JSON object with name, ours, unit, peer, theirs, ratio, better, device and samples; absent values are
+/// null.
 std::string as_json_line(const Figure& figure, const std::string& device);
 /// The same as text for people.
 std::string as_text_line(const Figure& figure);

@@ -44,10 +44,12 @@ inline void expect_figures(const Output& output, std::span<const Expected> figur
   for (std::size_t i = 0; i < output.lines.size(); ++i) {
     const Expected& expected = figures[i];
     const auto line = nlohmann::json::parse(output.lines[i]);
-    ASSERT_EQ(line.size(), 8U);
+    ASSERT_EQ(line.size(), 9U);
     EXPECT_EQ(line.at("name"), expected.name);
     EXPECT_EQ(line.at("unit"), expected.unit);
     EXPECT_GT(line.at("ours").get<double>(), 0.0) << expected.name;
+    const std::string better = line.at("better");
+    EXPECT_TRUE(better == "lower" || better == "higher") << better;
     EXPECT_FALSE(line.at("device").get<std::string>().empty());
     EXPECT_GE(line.at("samples").get<int>(), 1);
     if (*expected.peer == '\0') {
