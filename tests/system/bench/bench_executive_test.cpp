@@ -81,7 +81,7 @@ TEST(BenchExecutive, TinyModePrintsOneJsonLinePerFigure) {
   ASSERT_EQ(output.lines.size(), names.size()) << output.text;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto line = nlohmann::json::parse(output.lines[i]);
-    ASSERT_EQ(line.size(), 8U);
+    ASSERT_EQ(line.size(), 9U);
     EXPECT_EQ(line.at("name"), names[i]);
     EXPECT_EQ(line.at("unit"), "us");
     EXPECT_GT(line.at("ours").get<double>(), 0.0);
