@@ -74,6 +74,8 @@ endfunction()
 #            under the label long and names that begin with Long/, with HIL_TESTS_LONG in the environment and
 #            this timeout in seconds; LONG_FILTER chooses suites of them, as --gtest_filter does
 #   SERIAL   it measures time and runs alone; all long tests do
+#   TIMING   suites whose subject is real time, which other load can disturb: they have the label timing
+#            besides, and tools/test lets them pass when they are repeated alone. So has a test with a RUNNER
 #   THREADS  it has threads of its own: the thread sanitizer takes it, and no other
 #   RUNNER   a program that prepares the machine: the whole program then runs as one test, RUNNER PROGRAM
 #   SEPARATE as for hil_library
@@ -82,7 +84,7 @@ endfunction()
 # The target hil_tests_<label> builds all programs of a label; tools/test says which a sanitizer takes.
 function(hil_test name)
   cmake_parse_arguments(TEST "THREADS;SERIAL" "LABEL;TIMEOUT;LONG;LONG_FILTER;RUNNER"
-    "SOURCES;SEPARATE;USES;LIBS" ${ARGN})
+    "SOURCES;SEPARATE;TIMING;USES;LIBS" ${ARGN})
   if(NOT TEST_LABEL MATCHES "^(unit|gpu|system|long)$")
     message(FATAL_ERROR "hil_test(${name}): LABEL is unit, gpu, system or long, not '${TEST_LABEL}'")
   endif()
@@ -110,12 +112,13 @@ function(hil_test name)
     list(APPEND properties COST 1000)  # the longest begin first
     add_test(NAME ${TEST_LABEL}.${name} COMMAND ${TEST_RUNNER} $<TARGET_FILE:${name}>)
     set_tests_properties(${TEST_LABEL}.${name} PROPERTIES ${properties})
+    set_tests_properties(${TEST_LABEL}.${name} PROPERTIES LABELS "${TEST_LABEL};timing")
     hil_add_to_label(${name} ${TEST_LABEL})
     return()
   endif()
-  hil_discover(${name} ${TEST_LABEL} ${TEST_TIMEOUT} "${TEST_SERIAL}" "")
+  hil_discover(${name} ${TEST_LABEL} ${TEST_TIMEOUT} "${TEST_SERIAL}" "" "${TEST_TIMING}")
   if(TEST_LONG)
-    hil_discover(${name} long ${TEST_LONG} ON "${TEST_LONG_FILTER}")
+    hil_discover(${name} long ${TEST_LONG} ON "${TEST_LONG_FILTER}" "${TEST_TIMING}")
   endif()
 endfunction()
 
@@ -144,7 +147,7 @@ function(hil_add_to_label name label)
 endfunction()
 
 # The suites of a program that `filter` chooses, each as one test under a label.
-function(hil_discover name label timeout serial filter)
+function(hil_discover name label timeout serial filter timing)
   hil_test_properties(properties ${label} ${timeout} "${serial}")
   set(prefix "")
   if(label STREQUAL "long")
@@ -160,7 +163,7 @@ function(hil_discover name label timeout serial filter)
 "if(EXISTS \"$<TARGET_FILE:${name}>\")
   include(\"${PROJECT_SOURCE_DIR}/cmake/test_suites.cmake\")
   hil_add_suites([==[$<TARGET_FILE:${name}>]==] \"${prefix}\" [==[${filter}]==]
-    [==[${PROJECT_BINARY_DIR}/results]==]
+    [==[${PROJECT_BINARY_DIR}/results]==] ${label} [==[${timing}]==]
     [==[${properties}]==])
 else()
   add_test(${name}_NOT_BUILT ${name}_NOT_BUILT)

@@ -1,7 +1,7 @@
 # Read by ctest: adds one test, PROGRAM.SUITE, for each suite of a GoogleTest program. The cases of a suite
 # run in one process, which shares what is expensive to open; it leaves their results in RESULTS/<test>.json,
-# which tools/tally counts.
-function(hil_add_suites program prefix filter results)
+# which tools/tally counts. Those that `timing` names have the label timing besides `label`.
+function(hil_add_suites program prefix filter results label timing)
   execute_process(COMMAND ${program} --gtest_list_tests "--gtest_filter=${filter}"
     OUTPUT_VARIABLE listed RESULT_VARIABLE failed TIMEOUT 60)
   if(failed)
@@ -16,12 +16,22 @@ function(hil_add_suites program prefix filter results)
     set_tests_properties("${prefix}${name} has no suite ${filter}" PROPERTIES ${ARGN})
     return()
   endif()
+  set(unknown ${timing})
   foreach(suite IN LISTS suites)
     string(REGEX REPLACE "[\n.]" "" suite "${suite}")
+    list(FIND timing "${suite}" is_timing)
+    list(REMOVE_ITEM unknown "${suite}")
     set(test "${prefix}${name}.${suite}")
     string(REPLACE "/" "_" file "${test}")
     file(WRITE "${results}/${file}.suite" "")
     add_test("${test}" "${program}" "--gtest_filter=${suite}.*" "--gtest_output=json:${results}/${file}.json")
     set_tests_properties("${test}" PROPERTIES ${ARGN})
+    if(NOT is_timing EQUAL -1)
+      set_tests_properties("${test}" PROPERTIES LABELS "${label};timing")
+    endif()
   endforeach()
+  if(unknown AND filter STREQUAL "*")
+    add_test("${prefix}${name} has no suite ${unknown} of its TIMING" false)
+    set_tests_properties("${prefix}${name} has no suite ${unknown} of its TIMING" PROPERTIES ${ARGN})
+  endif()
 endfunction()

@@ -19,6 +19,9 @@ ROOT = pathlib.Path(sys.argv.pop(1))
 CTEST = '''#!/usr/bin/env python3
 import json, pathlib, re, sys
 options = dict(zip(sys.argv, sys.argv[1:]))
+if "-N" in sys.argv:
+    print("  Test #1: Timed")
+    sys.exit()
 results = pathlib.Path(options["--test-dir"]) / "results"
 results.mkdir(exist_ok=True)
 regex = options.get("--tests-regex", "")
@@ -76,10 +79,14 @@ class TestCommand(unittest.TestCase):
                          ("3 passed, 0 failed", [], 0))
 
     def test_skipped_case_fails_also_beside_an_unsteady_one(self):
-        first = {"Skips": {"a": "passed", "b": "skipped"}, "Flaky": {"c": "failed"}}
-        last, unsteady, code = self.run_plan(first, {"Flaky": {"c": "passed"}})
+        first = {"Skips": {"a": "passed", "b": "skipped"}, "Timed": {"c": "failed"}}
+        last, unsteady, code = self.run_plan(first, {"Timed": {"c": "passed"}})
         self.assertEqual((last, code), ("2 passed, 1 failed", 1))
-        self.assertEqual(unsteady, ["UNSTEADY release: Flaky.c, passed alone"])
+        self.assertEqual(unsteady, ["UNSTEADY release: Timed.c, passed alone"])
+
+    def test_case_without_the_label_timing_fails_although_it_passes_alone(self):
+        last, unsteady, code = self.run_plan({"Flaky": {"c": "failed"}}, {"Flaky": {"c": "passed"}})
+        self.assertEqual((last, unsteady, code), ("0 passed, 1 failed", [], 1))
 
     def test_skipped_case_alone_fails(self):
         self.assertEqual(self.run_plan({"Skips": {"b": "skipped"}}, {}), ("0 passed, 1 failed", [], 1))
@@ -99,9 +106,10 @@ class TestCommand(unittest.TestCase):
     def test_suite_without_results_fails(self):
         self.assertEqual(self.run_plan({"A": {}, "b": "run"}, {}), ("1 passed, 1 failed", [], 1))
 
-    def test_script_that_passes_alone_is_unsteady(self):
-        last, unsteady, code = self.run_plan({"a": "fail"}, {"a": "run"})
+    def test_timed_script_that_passes_alone_is_unsteady(self):
+        last, unsteady, code = self.run_plan({"Timed": "fail"}, {"Timed": "run"})
         self.assertEqual((last, len(unsteady), code), ("1 passed, 0 failed", 1, 0))
+        self.assertEqual(self.run_plan({"a": "fail"}, {"a": "run"})[0], "0 passed, 1 failed")
 
     def test_finding_of_a_sanitizer_is_not_repeated(self):
         for finding in ("==7==ERROR: LeakSanitizer: detected memory leaks",
