@@ -66,6 +66,24 @@ function(hil_library name)
   endif()
 endfunction()
 
+# Declares the public headers of a folder PATH below an include folder, as in runtime/include/hil/world, as a
+# library without sources: <hil/world/...>. Folders inside it are other libraries.
+function(hil_public_headers name)
+  cmake_parse_arguments(LIBRARY "" "PATH" "USES" ${ARGN})
+  string(REGEX REPLACE "^.*/include/" "" folder ${LIBRARY_PATH})
+  set(root ${PROJECT_BINARY_DIR}/libraries/${name})
+  file(REMOVE_RECURSE ${root})
+  file(MAKE_DIRECTORY ${root}/${folder})
+  file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${LIBRARY_PATH}/*.hpp)
+  foreach(header IN LISTS headers)
+    get_filename_component(file ${header} NAME)
+    file(CREATE_LINK ${header} ${root}/${folder}/${file} SYMBOLIC)
+  endforeach()
+  add_library(${name} INTERFACE)
+  target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${root}>)
+  target_link_libraries(${name} INTERFACE ${LIBRARY_USES})
+endfunction()
+
 # One test program per folder of tests. ctest runs each of its suites as one test.
 #   LABEL    unit needs nothing but this computer, gpu needs a Vulkan device, system needs the built programs
 #            (and what its folder in tests/system names), long takes much time: tools/test --long alone builds

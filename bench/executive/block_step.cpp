@@ -8,9 +8,12 @@
 #include <string>
 #include <vector>
 
+#include <hil/module.hpp>
+
 #include "bench/figure/figure.hpp"
 #include "runtime/config/parse.hpp"
-#include "runtime/modules/module.hpp"
+#include "runtime/modules/registry.hpp"
+#include "runtime/modules/run_events.hpp"
 
 namespace hil::bench {
 namespace {
@@ -38,6 +41,13 @@ double exact_last(double time) {
   return 2.0 * (1.0 - std::exp(-time) * sum);
 }
 
+/// A block writes none.
+struct NoFiles final : modules::FileStreams {
+  std::unique_ptr<modules::FileStream> open(const modules::FileStreamOptions& /*options*/) override {
+    return nullptr;
+  }
+};
+
 }  // namespace
 
 BlockStepCost measure_block_step(int rounds, std::uint64_t steps_per_round) {
@@ -47,9 +57,10 @@ BlockStepCost measure_block_step(int rounds, std::uint64_t steps_per_round) {
   const modules::TaskParameters task{.instance = "block", .period_ns = period_ns};
   auto module = parameters ? type.create(*parameters, task, diagnostics) : nullptr;
   if (module == nullptr) throw std::runtime_error(diagnostics.to_text());
-  modules::World world(nullptr, {});
-  modules::EventLog events;
-  module->configure(world, events, task);
+  modules::RunEvents events;
+  NoFiles files;
+  modules::Module& block = *module->plain_module();
+  block.configure({.task = task, .events = events, .files = files});
   std::vector<signals::SignalValue> inputs{{.value = 1.0, .time_ns = 0, .fresh = true}};
   std::vector<double> outputs(module->ports().outputs.size());
   modules::StepContext context;
@@ -64,7 +75,7 @@ BlockStepCost measure_block_step(int rounds, std::uint64_t steps_per_round) {
     const auto begin = std::chrono::steady_clock::now();
     for (std::uint64_t i = 0; i < steps_per_round; ++i) {
       context.time_ns = static_cast<std::int64_t>(cost.steps++) * period_ns;
-      module->step(context);
+      block.step(context);
     }
     const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - begin;
     rounds_us.push_back(took.count() / static_cast<double>(steps_per_round));

@@ -8,8 +8,8 @@
 #include "runtime/cli/history_options.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/history/history_error.hpp"
+#include "runtime/modules/camera/image_encoder.hpp"
 #include "runtime/report/quantities.hpp"
-#include "runtime/run/image_files.hpp"
 #include "runtime/run/png_file.hpp"
 
 namespace hil::cli {
@@ -52,6 +52,7 @@ modules::RecordedCamera free_camera(const ImageArguments& arguments, const std::
   const glm::dvec3 from = point(arguments.position), to = point(arguments.look_at);
   if (glm::distance(from, to) < 1e-3) refuse("--look-at is --position, so the camera has no direction");
   modules::RecordedCamera camera = modules::camera_looking_at(from, to);
+  camera.samples = config::default_view_samples(false);
   camera.name = "camera";
   if (carrier.empty()) return camera;
   const rtstdb::EntityId entity = history.find(carrier);
@@ -171,7 +172,7 @@ void write_image(const modules::StillImage& image, const ImageArguments& argumen
   write_file({.width = image.width, .height = image.height, .pixels = run::PngImage::Rgb8{image.rgb}},
              files.color);
   if (files.depth.empty()) return;
-  const std::vector<std::uint16_t> depths = run::depth_samples(image.depth_m, depth_step_m(arguments));
+  const std::vector<std::uint16_t> depths = modules::depth_samples(image.depth_m, depth_step_m(arguments));
   write_file({.width = image.width, .height = image.height, .pixels = run::PngImage::Grey16{depths}},
              files.depth);
 }

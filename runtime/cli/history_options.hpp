@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
 
 namespace hil::cli {
 

@@ -1,11 +1,13 @@
 #include <cstdio>
 
+#include <hil/module.hpp>
+
 #include "runtime/buses/bus.hpp"
 #include "runtime/cli/flush_output.hpp"
 #include "runtime/cli/subcommands.hpp"
 #include "runtime/config/parts_file.hpp"
 #include "runtime/config/schema_markdown.hpp"
-#include "runtime/modules/module.hpp"
+#include "runtime/modules/registry.hpp"
 #include "runtime/run/session.hpp"
 #include "runtime/run/wiring.hpp"
 

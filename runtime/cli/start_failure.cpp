@@ -6,9 +6,10 @@
 #include <new>
 #include <system_error>
 
+#include <hil/module.hpp>
+
 #include "io/device.hpp"
 #include "runtime/cli/limited_memory.hpp"
-#include "runtime/modules/module.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/run/session.hpp"
 
@@ -50,16 +51,14 @@ StartFailure io_failure(const std::string& sentence, const std::filesystem::path
 }
 
 StartFailure setup_failure(const modules::SetupError& error, const std::filesystem::path& directory) {
-  switch (error.code()) {
-    case rtstdb::ErrorCode::out_of_memory:
+  switch (error.fault()) {
+    case modules::SetupError::Fault::memory:
       return lack_of_memory(error.what());
-    case rtstdb::ErrorCode::file:
+    case modules::SetupError::Fault::file:
       return io_failure(error.what(), directory);
-    case rtstdb::ErrorCode::no_device:
-    case rtstdb::ErrorCode::device_lost:
+    case modules::SetupError::Fault::device:
       return gpu_failure(error.what());
-    case rtstdb::ErrorCode::bad_input:
-    case rtstdb::ErrorCode::capacity:
+    case modules::SetupError::Fault::scenario:
       break;
   }
   return {Verdict::refused, run::exit_bad_config, error.what()};

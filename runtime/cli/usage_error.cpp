@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+
 #include "runtime/config/text_lists.hpp"
 
 namespace hil::cli {

@@ -12,8 +12,9 @@
 #include <string>
 #include <vector>
 
+#include <hil/schema.hpp>
+
 #include "runtime/config/expression.hpp"
-#include "runtime/config/schema.hpp"
 
 namespace hil::config {
 

@@ -9,12 +9,13 @@
 #include <system_error>
 #include <utility>
 
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+#include <hil/require.hpp>
+
 #include "runtime/config/color.hpp"
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/require.hpp"
-#include "runtime/config/schema_node.hpp"
-#include "runtime/config/units.hpp"
-#include "runtime/config/value_data.hpp"
+#include "runtime/contract/schema_node.hpp"
+#include "runtime/contract/value_data.hpp"
 
 namespace hil::config {
 namespace {
@@ -361,11 +362,10 @@ void Checker::add_missing_fields(Data& data, const TreeNode& tree, const Schema:
     if (field.required) {
       diagnostics_.add(place_of(tree), "missing key " + in_quotes(field.name) + " (" + field.about + ")");
       data.is_whole = false;
-    } else if (known.default_tree) {
+    } else if (field.default_yaml) {
       Checker of_default(diagnostics_, data.place);
       add_entry(data, field.name,
-                of_default.check(*known.default_tree, field.schema.node(), in_quotes(field.name)),
-                data.place);
+                of_default.check(default_of(known), field.schema.node(), in_quotes(field.name)), data.place);
     }
   }
 }
@@ -450,6 +450,19 @@ std::optional<Value> Checker::check_any(const TreeNode& tree, const std::string&
 }
 
 }  // namespace
+
+const TreeNode& default_of(const SchemaField& known) {
+  FieldDefault& of = *known.read_default;
+  std::call_once(of.is_read, [&] {
+    Diagnostics diagnostics;
+    const auto source = std::make_shared<const SourceText>("default of " + known.field.name, "",
+                                                           known.field.default_yaml.value_or(""));
+    of.tree = build_tree(source, diagnostics);
+    if (of.tree) check_tree(*of.tree, known.field.schema, diagnostics);
+    require(diagnostics.empty(), diagnostics.to_text().c_str());
+  });
+  return *of.tree;
+}
 
 std::optional<Value> check_tree(const TreeNode& tree, const Schema& schema, Diagnostics& diagnostics) {
   return Checker(diagnostics).check(tree, schema.node(), {});

@@ -4,9 +4,11 @@
 #include <optional>
 #include <string_view>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
-#include "runtime/config/tree.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+
+#include "runtime/contract/schema_node.hpp"
+#include "runtime/contract/tree.hpp"
 
 namespace hil::config {
 
@@ -17,6 +19,10 @@ std::optional<Value> check_tree(const TreeNode& tree, const Schema& schema, Diag
 
 /// The same for a value of Kind::any.
 std::optional<Value> check_any(const Value& any_value, const Schema& schema, Diagnostics& diagnostics);
+
+/// The tree of a field's default, read and checked at the first call. Misuse: the field has none, or its
+/// schema refuses it. Any thread.
+const TreeNode& default_of(const SchemaField& known);
 
 bool is_whole(const Value& value);
 

@@ -7,7 +7,7 @@
 #include <system_error>
 #include <utility>
 
-#include "runtime/config/trimmed.hpp"
+#include "runtime/contract/trimmed.hpp"
 
 namespace hil::config {
 namespace {

@@ -18,7 +18,7 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
 
 namespace hil::config {
 

@@ -11,10 +11,11 @@
 #include <string>
 #include <vector>
 
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+
 #include "runtime/config/bus_section.hpp"
-#include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expression.hpp"
-#include "runtime/config/schema.hpp"
 
 namespace hil::config {
 

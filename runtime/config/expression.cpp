@@ -5,9 +5,10 @@
 #include <string_view>
 #include <utility>
 
+#include <hil/numbers.hpp>
+#include <hil/require.hpp>
+
 #include "runtime/config/check.hpp"
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/require.hpp"
 
 namespace hil::config {
 namespace {

@@ -27,17 +27,11 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
-#include "runtime/units/unit.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+#include <hil/unit.hpp>
 
 namespace hil::config {
-
-/// A word of a user's file that is looked up later, with its place.
-struct Word {
-  std::string text;
-  Place place;
-};
 
 class Expression {
  public:

@@ -5,11 +5,12 @@
 #include <string>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/text_lists.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {

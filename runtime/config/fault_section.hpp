@@ -7,9 +7,10 @@
 #include <optional>
 #include <vector>
 
+#include <hil/schema.hpp>
+
 #include "runtime/config/activation_section.hpp"
 #include "runtime/config/expression.hpp"
-#include "runtime/config/schema.hpp"
 
 namespace hil::config {
 

@@ -12,11 +12,12 @@
 #include <memory>
 #include <optional>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+
 #include "runtime/config/scenario.hpp"
-#include "runtime/config/schema.hpp"
-#include "runtime/config/source_text.hpp"
-#include "runtime/config/tree.hpp"
+#include "runtime/contract/source_text.hpp"
+#include "runtime/contract/tree.hpp"
 
 namespace hil::config {
 

@@ -4,8 +4,9 @@
 #include <numbers>
 #include <utility>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/reading.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {

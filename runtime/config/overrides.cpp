@@ -7,9 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/schema_node.hpp"
-#include "runtime/config/source_text.hpp"
+#include <hil/numbers.hpp>
+
+#include "runtime/contract/schema_node.hpp"
+#include "runtime/contract/source_text.hpp"
 
 namespace hil::config {
 namespace {

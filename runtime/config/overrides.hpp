@@ -17,10 +17,11 @@
 #include <span>
 #include <string>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+
 #include "runtime/config/scenario.hpp"
-#include "runtime/config/schema.hpp"
-#include "runtime/config/tree.hpp"
+#include "runtime/contract/tree.hpp"
 
 namespace hil::config {
 

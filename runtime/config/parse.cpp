@@ -5,8 +5,8 @@
 
 #include "runtime/config/check.hpp"
 #include "runtime/config/overrides.hpp"
-#include "runtime/config/source_text.hpp"
-#include "runtime/config/tree.hpp"
+#include "runtime/contract/source_text.hpp"
+#include "runtime/contract/tree.hpp"
 
 namespace hil::config {
 namespace {

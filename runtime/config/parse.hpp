@@ -13,8 +13,8 @@
 #include <string>
 #include <string_view>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
 
 namespace hil::config {
 

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include <hil/rotation.hpp>
+
 #include "runtime/config/parse.hpp"
 #include "runtime/config/reading.hpp"
-#include "runtime/config/rotation.hpp"
 #include "runtime/config/world_limits.hpp"
 
 namespace hil::config {

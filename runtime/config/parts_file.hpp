@@ -12,8 +12,8 @@
 #include <variant>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
 
 namespace hil::config {
 

@@ -1,9 +1,10 @@
 #include <algorithm>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/run_end.hpp"
 #include "runtime/config/section_readers.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {

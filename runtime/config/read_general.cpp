@@ -1,6 +1,7 @@
 #include <cmath>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+
 #include "runtime/config/section_readers.hpp"
 
 namespace hil::config {

@@ -1,5 +1,6 @@
+#include <hil/quantity.hpp>
+
 #include "runtime/config/section_readers.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {

@@ -3,8 +3,9 @@
 #include <filesystem>
 #include <numbers>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/rotation.hpp"
+#include <hil/numbers.hpp>
+#include <hil/rotation.hpp>
+
 #include "runtime/config/section_readers.hpp"
 #include "runtime/config/world_limits.hpp"
 

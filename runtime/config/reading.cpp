@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/units.hpp"
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
 
 namespace hil::config {
 namespace {

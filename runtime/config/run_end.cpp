@@ -1,6 +1,6 @@
 #include "runtime/config/run_end.hpp"
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
 
 namespace hil::config {
 

@@ -15,13 +15,15 @@
 #include <variant>
 #include <vector>
 
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+#include <hil/world/relation.hpp>
+
 #include "runtime/config/bus_section.hpp"
-#include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expectation_section.hpp"
 #include "runtime/config/expression.hpp"
 #include "runtime/config/fault_section.hpp"
 #include "runtime/config/optics_section.hpp"
-#include "runtime/config/schema.hpp"
 #include "runtime/config/stimulus_section.hpp"
 
 namespace hil::config {
@@ -112,24 +114,6 @@ struct WorldEntity {
   std::uint32_t mask_bits = 0;   ///< the same by Layers
 
   bool is_body() const noexcept { return !std::holds_alternative<NoShape>(shape); }
-};
-
-/// A box in space, for inside(body, region) of expressions.
-struct WorldRegion {
-  Word name;
-  std::array<double, 3> center_m{};
-  std::array<double, 3> size_m{};  ///< before the rotation
-  double heading_rad = 0.0;        ///< about z
-  bool whole = false;              ///< all of the body has to be in it, not a part
-  std::optional<Word> carrier;     ///< the body in whose frame it is
-};
-
-/// A straight line from a point, for sees(beam, body) of expressions.
-struct WorldBeam {
-  Word name;
-  std::array<double, 3> origin_m{};
-  double azimuth_rad = 0.0, elevation_rad = 0.0, range_m = 0.0;
-  std::optional<Word> carrier;  ///< the body in whose frame it is
 };
 
 /// Points, or light paths, of a pixel of a view, by default.

@@ -5,7 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/config/rotation.hpp"
+#include <hil/rotation.hpp>
+
 #include "runtime/config/scenario.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/test_table_file.hpp"

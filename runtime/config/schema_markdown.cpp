@@ -1,6 +1,7 @@
 #include "runtime/config/schema_markdown.hpp"
 
-#include "runtime/config/schema_node.hpp"
+#include "runtime/config/check.hpp"
+#include "runtime/contract/schema_node.hpp"
 
 namespace hil::config {
 namespace {
@@ -44,7 +45,7 @@ void write_fields(const std::vector<SchemaField>& fields, const std::string& ind
     const Field& field = known.field;
     text.append(indent).append("- `").append(field.name).append("` (").append(kind_of(field.schema.node()));
     if (field.required) text.append("; needed");
-    if (field.default_yaml) text.append("; default `").append(*field.default_yaml).append("`");
+    if (field.default_yaml) text.append("; default `").append(default_of(known).source->text()).append("`");
     text.append("): ").append(field.about).append("\n");
     write_parts(field.schema.node(), deeper, text);
   }

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "runtime/config/schema.hpp"
+#include <hil/schema.hpp>
 
 namespace hil::config {
 

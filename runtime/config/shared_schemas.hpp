@@ -4,8 +4,8 @@
 #include <limits>
 #include <string>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/schema.hpp"
+#include <hil/numbers.hpp>
+#include <hil/schema.hpp>
 
 namespace hil::config {
 

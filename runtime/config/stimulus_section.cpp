@@ -4,10 +4,11 @@
 #include <numbers>
 #include <utility>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/reading.hpp"
 #include "runtime/config/run_end.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {

@@ -9,10 +9,11 @@
 #include <variant>
 #include <vector>
 
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+
 #include "runtime/config/activation_section.hpp"
-#include "runtime/config/diagnostics.hpp"
 #include "runtime/config/expression.hpp"
-#include "runtime/config/schema.hpp"
 
 namespace hil::config {
 

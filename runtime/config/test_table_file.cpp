@@ -5,8 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/csv_reader.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {

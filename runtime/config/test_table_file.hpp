@@ -21,10 +21,11 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+
 #include "runtime/config/expression.hpp"
 #include "runtime/config/fault_section.hpp"
-#include "runtime/config/schema.hpp"
 
 namespace hil::config {
 

@@ -6,10 +6,11 @@
 #include <string>
 #include <utility>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/run_end.hpp"
 #include "runtime/config/section_readers.hpp"
 #include "runtime/config/test_table_file.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::config {
 namespace {

@@ -1,4 +1,4 @@
-#include "runtime/config/tree.hpp"
+#include "runtime/contract/tree.hpp"
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "runtime/config/require.hpp"
+#include <hil/require.hpp>
 
 namespace hil::config {
 namespace {

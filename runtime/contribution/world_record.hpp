@@ -7,8 +7,9 @@
 
 #include <cstdint>
 #include <string>
-#include <variant>
 #include <vector>
+
+#include <hil/record.hpp>
 
 namespace hil::contribution {
 
@@ -26,18 +27,6 @@ struct FieldRecord {
   double cell_m = 0.0;
   std::string sign;
   std::uint64_t max_bytes = 0;
-};
-
-struct Property {
-  std::string key;
-  std::variant<bool, std::int64_t, double, std::vector<double>> value;
-};
-
-/// What a module records of itself for the history of the run.
-struct ModuleRecord {
-  std::string list;  ///< the key of world.json whose list holds the record: "scanners"
-  std::string name;  ///< of the module in the scenario
-  std::vector<Property> properties;
 };
 
 struct WorldRecord {

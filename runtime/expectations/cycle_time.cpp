@@ -4,9 +4,10 @@
 #include <cstdlib>
 #include <limits>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/expectations/received.hpp"
 #include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
+
 #include "runtime/expectations/margin.hpp"
 #include "runtime/expectations/time_text.hpp"
 #include "runtime/expectations/watched_condition.hpp"

@@ -4,10 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include <hil/unit.hpp>
+
 #include "runtime/expectations/signal_constant.hpp"
 #include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {

@@ -7,10 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
+#include <hil/unit.hpp>
+
 #include "runtime/expression/simplify.hpp"
 #include "runtime/signals/signal_expression.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {

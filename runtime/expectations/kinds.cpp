@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "runtime/config/require.hpp"
+#include <hil/require.hpp>
+
 #include "runtime/expectations/instants.hpp"
 #include "runtime/expectations/window.hpp"
 #include "runtime/signals/signal_expression.hpp"

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "runtime/config/require.hpp"
-#include "runtime/units/unit.hpp"
+#include <hil/require.hpp>
+#include <hil/unit.hpp>
 
 namespace hil::expectations {
 namespace {

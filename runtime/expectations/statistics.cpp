@@ -1,9 +1,10 @@
 #include "runtime/expectations/statistics.hpp"
 
+#include <hil/unit.hpp>
+
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/expectations/signal_constant.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {

@@ -4,12 +4,13 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+#include <hil/unit.hpp>
+
 #include "runtime/expectations/signal_constant.hpp"
 #include "runtime/expectations/statistics.hpp"
 #include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {

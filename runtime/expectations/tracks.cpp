@@ -5,13 +5,14 @@
 #include <cstdlib>
 #include <vector>
 
+#include <hil/quantity.hpp>
+#include <hil/unit.hpp>
+
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/expectations/signal_constant.hpp"
 #include "runtime/expectations/time_text.hpp"
 #include "runtime/report/quantities.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::expectations {
 namespace {

@@ -10,8 +10,9 @@
 #include <string>
 #include <vector>
 
+#include <hil/require.hpp>
+
 #include "runtime/config/expression.hpp"
-#include "runtime/config/require.hpp"
 #include "runtime/signals/signal_expression.hpp"
 
 namespace hil::expectations {

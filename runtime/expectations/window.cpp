@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
+
 #include "runtime/expectations/time_text.hpp"
 #include "runtime/expectations/watched_condition.hpp"
 

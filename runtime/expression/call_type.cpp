@@ -5,7 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+
 #include "runtime/expression/relation.hpp"
 
 namespace hil::expression {

@@ -3,7 +3,8 @@
 #include <string>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+
 #include "runtime/expression/call_type.hpp"
 #include "runtime/expression/operand_types.hpp"
 #include "runtime/expression/program.hpp"

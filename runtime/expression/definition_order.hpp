@@ -8,7 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+
 #include "runtime/config/expression.hpp"
 
 namespace hil::expression {

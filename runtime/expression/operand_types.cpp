@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
 
 namespace hil::expression {
 namespace {

@@ -10,9 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/unit.hpp>
+
 #include "runtime/config/expression.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::expression {
 

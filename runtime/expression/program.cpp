@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "runtime/config/require.hpp"
+#include <hil/require.hpp>
 
 namespace hil::expression {
 namespace {

@@ -34,11 +34,12 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/unit.hpp>
+
 #include "runtime/config/expression.hpp"
 #include "runtime/expression/function.hpp"
 #include "runtime/expression/table.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::expression {
 

@@ -4,8 +4,9 @@
 #include <string>
 #include <utility>
 
+#include <hil/numbers.hpp>
+
 #include "runtime/config/csv_reader.hpp"
-#include "runtime/config/numbers.hpp"
 #include "runtime/expression/table.hpp"
 
 namespace hil::expression {

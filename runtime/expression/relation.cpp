@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/units/unit.hpp"
+#include <hil/numbers.hpp>
+#include <hil/unit.hpp>
 
 namespace hil::expression {
 namespace {
@@ -43,14 +43,6 @@ std::span<const RelationFunction> relation_functions() {
 const RelationFunction* relation_function(std::string_view name) {
   const auto found = std::ranges::find(all_functions, name, &RelationFunction::name);
   return found == all_functions.end() ? nullptr : &*found;
-}
-
-std::string relation_name(const Relation& relation) {
-  std::string name =
-      std::string(relation.function->name) + "(" + relation.first.text + ", " + relation.second.text;
-  if (relation.window_s != max_impact_window_s)
-    name += ", " + config::format_number(relation.window_s) + " s";
-  return name + ")";
 }
 
 bool is_relation(const Node& node) {

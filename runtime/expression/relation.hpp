@@ -12,36 +12,16 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/world/relation.hpp>
+
 #include "runtime/config/expression.hpp"
 
 namespace hil::expression {
 
-enum class RelationKind : unsigned char { distance, contact, time_to_impact, inside, sees };
-
-struct RelationFunction {
-  RelationKind kind{};
-  std::string_view name;
-  std::string_view unit;       ///< of the value; "": true or false
-  std::string_view arguments;  ///< for documentation: "body, other"
-  std::string_view about;
-};
-
 std::span<const RelationFunction> relation_functions();
 /// Null: there is none of that name.
 const RelationFunction* relation_function(std::string_view name);
-
-inline constexpr double max_impact_window_s = 10.0;
-
-/// A relation that an expression reads.
-struct Relation {
-  const RelationFunction* function = nullptr;
-  config::Word first{}, second{};         ///< the arguments that are names
-  double window_s = max_impact_window_s;  ///< of time_to_impact: how far ahead impacts are searched
-};
-
-/// "distance(traffic.ego, rock)", "time_to_impact(a, b, 2 s)" with a window other than the longest.
-std::string relation_name(const Relation& relation);
 
 /// Whether the node calls a relation function.
 bool is_relation(const config::Expression::Node& node);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "runtime/config/require.hpp"
+#include <hil/require.hpp>
 
 namespace hil::expression {
 

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
-#include "runtime/units/unit.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+#include <hil/unit.hpp>
 
 namespace hil::expression {
 

@@ -4,11 +4,12 @@
 #include <charconv>
 #include <utility>
 
+#include <hil/diagnostics.hpp>
+#include <hil/module.hpp>
+#include <hil/record.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/modules/module.hpp"
-#include "runtime/modules/record_properties.hpp"
+#include "runtime/modules/registry.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
 

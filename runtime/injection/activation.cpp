@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/modules/splitmix64.hpp"
+#include <hil/numbers.hpp>
+#include <hil/splitmix64.hpp>
 
 namespace hil::injection {
 

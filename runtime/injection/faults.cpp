@@ -4,15 +4,16 @@
 #include <map>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+#include <hil/splitmix64.hpp>
+#include <hil/unit.hpp>
+
 #include "runtime/config/text_lists.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/injection/activity_signal.hpp"
 #include "runtime/injection/faulty_signal.hpp"
-#include "runtime/modules/splitmix64.hpp"
 #include "runtime/signals/signal_expression.hpp"
 #include "runtime/signals/value_names.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::injection {
 

@@ -20,9 +20,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/event_log.hpp>
+
 #include "runtime/config/scenario.hpp"
 #include "runtime/injection/activation.hpp"
-#include "runtime/modules/event_log.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/known_signals.hpp"
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "runtime/units/unit.hpp"
+#include <hil/unit.hpp>
 
 namespace hil::injection {
 namespace {

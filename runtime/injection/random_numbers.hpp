@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "runtime/modules/splitmix64.hpp"
+#include <hil/splitmix64.hpp>
 
 namespace hil::injection {
 

@@ -5,8 +5,9 @@
 #include <numbers>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/modules/splitmix64.hpp"
+#include <hil/numbers.hpp>
+#include <hil/splitmix64.hpp>
+
 #include "runtime/signals/value_names.hpp"
 
 namespace hil::injection {

@@ -4,10 +4,11 @@
 #include <utility>
 #include <variant>
 
+#include <hil/quantity.hpp>
+#include <hil/splitmix64.hpp>
+
 #include "runtime/config/run_end.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/injection/activity_signal.hpp"
-#include "runtime/modules/splitmix64.hpp"
 
 namespace hil::injection {
 namespace {

@@ -14,11 +14,12 @@
 #include <string>
 #include <vector>
 
+#include <hil/event_log.hpp>
+
 #include "runtime/config/scenario.hpp"
 #include "runtime/injection/activation.hpp"
 #include "runtime/injection/segments.hpp"
 #include "runtime/injection/stimulus_effect.hpp"
-#include "runtime/modules/event_log.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/signals/csv_profile.hpp"
 #include "runtime/signals/known_signals.hpp"

@@ -6,9 +6,8 @@
 
 #include <cmath>
 
-#include "runtime/config/scenario.hpp"
-#include "runtime/modules/record_properties.hpp"
-#include "runtime/modules/splitmix64.hpp"
+#include <hil/record.hpp>
+#include <hil/splitmix64.hpp>
 
 namespace hil::modules {
 
@@ -32,7 +31,6 @@ RecordedCamera camera_looking_at(const glm::dvec3& position_m, const glm::dvec3&
   camera.position_m = {position_m.x, position_m.y, position_m.z};
   camera.rotation_wxyz = {q.w, q.x, q.y, q.z};
   camera.is_real_time = true;
-  camera.samples = config::default_view_samples(false);
   camera.bounces = 1;
   camera.has_automatic_exposure = true;
   camera.has_daylight = true;

@@ -1,4 +1,6 @@
-#include "runtime/modules/module.hpp"
+#include "runtime/modules/registry.hpp"
+
+#include <algorithm>
 
 namespace hil::modules {
 
@@ -13,6 +15,13 @@ const std::vector<ModuleType>& module_types() {
   };
 #undef MODULE
   return types;
+}
+
+const ModuleType* find_module_type(const std::string& name) {
+  const auto& types = module_types();
+  const auto found =
+      std::find_if(types.begin(), types.end(), [&](const ModuleType& type) { return type.name == name; });
+  return found == types.end() ? nullptr : &*found;
 }
 
 }  // namespace hil::modules

@@ -17,7 +17,7 @@ TimeToImpact::TimeToImpact(EventLog& events, const std::string& subject) {
   add(Unknown::incomplete, "the search reached the device's limits");
 }
 
-double TimeToImpact::take(StepContext& context, const rtstdb::ImpactAnswer& answer,
+double TimeToImpact::take(WorldStep& context, const rtstdb::ImpactAnswer& answer,
                           rtstdb::Nanoseconds window) noexcept {
   const Unknown reason = unknown_by(answer);
   const bool is_new = reason != std::exchange(last_, reason);

@@ -5,10 +5,9 @@
 #include <cstdint>
 #include <string>
 
+#include <hil/event_log.hpp>
+#include <hil/world/world_module.hpp>
 #include <rtstdb/impact.hpp>
-
-#include "runtime/modules/event_log.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 
@@ -19,7 +18,7 @@ class TimeToImpact {
 
   /// Seconds until the impact; the window if there is none in it; NaN if that is not known. An event has the
   /// reason when a time is no longer known, and when the reason changes.
-  double take(StepContext& context, const rtstdb::ImpactAnswer& answer, rtstdb::Nanoseconds window) noexcept;
+  double take(WorldStep& context, const rtstdb::ImpactAnswer& answer, rtstdb::Nanoseconds window) noexcept;
 
  private:
   /// Why a time is not known.

@@ -11,8 +11,9 @@
 #include <cstring>
 #include <new>
 
+#include <hil/require.hpp>
+
 #include "io/device.hpp"
-#include "runtime/config/require.hpp"
 #include "runtime/recording/mcap_records.hpp"
 
 namespace hil::recording {

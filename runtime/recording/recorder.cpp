@@ -5,8 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include <hil/require.hpp>
+
 #include "io/device.hpp"
-#include "runtime/config/require.hpp"
 #include "runtime/executive/spsc_ring.hpp"
 #include "runtime/recording/message_text.hpp"
 

@@ -363,6 +363,7 @@ void each_field(T& plot, Visit&& visit) {
   visit("x", plot.x);
   visit("y", plot.y);
   visit("series", plot.series);
+  visit("bars", plot.bars);
 }
 
 template <Is<contribution::Column> T, class Visit>
@@ -386,11 +387,19 @@ void each_field(T& table, Visit&& visit) {
   visit("rows", table.rows);
 }
 
+template <Is<contribution::ShownImage> T, class Visit>
+void each_field(T& image, Visit&& visit) {
+  visit("title", image.title);
+  visit("caption", image.caption);
+  visit("png", image.png);
+}
+
 template <Is<Section> T, class Visit>
 void each_field(T& section, Visit&& visit) {
   visit("name", section.name);
   visit("title", section.title);
   visit("text", section.text);
+  visit("images", section.images);
   visit("pictures", section.pictures);
   visit("plots", section.plots);
   visit("tables", section.tables);
@@ -421,20 +430,6 @@ void each_field(T& view, Visit&& visit) {
   visit("incomplete_pixels", view.incomplete_pixels);
   visit("file", view.file);
   visit("image_png", view.image_png);
-}
-
-template <Is<Camera> T, class Visit>
-void each_field(T& camera, Visit&& visit) {
-  visit("name", camera.name);
-  visit("images", camera.images);
-  visit("dropped", camera.dropped);
-  visit("beyond_limit", camera.beyond_limit);
-  visit("missing_tiles", camera.missing_tiles);
-  visit("exposure_value", camera.exposure_value);
-  visit("last_file", camera.last_file);
-  visit("last_time_ns", camera.last_time_ns);
-  visit("last_tick", camera.last_tick);
-  visit("last_image_png", camera.last_image_png);
 }
 
 template <Is<Recording> T, class Visit>
@@ -488,7 +483,6 @@ void each_field(T& record, Visit&& visit) {
   visit("top_view", record.top_view);
   visit("sections", record.sections);
   visit("views", record.views);
-  visit("cameras", record.cameras);
   visit("recording", record.recording);
   visit("signal_plots", record.signal_plots);
 }

@@ -225,16 +225,16 @@ void read(const JsonCursor& cursor, T& value) {
   }
 }
 
-// ---- the records of modules in world.json ----
+// ---- the records of modules: lists of world.json, and those under the key `lists` of report.json ----
 
 /// Adds each record to the list that it names.
-void add_module_records(const WorldRecord& record, Json& world) {
-  for (const contribution::ModuleRecord& module : record.modules) {
+void add_module_records(const std::vector<contribution::ModuleRecord>& records, Json& lists) {
+  for (const contribution::ModuleRecord& module : records) {
     Json object = Json::object();
     object["name"] = written(module.name);
     for (const contribution::Property& property : module.properties)
       object[property.key] = std::visit([](const auto& value) { return written(value); }, property.value);
-    world[module.list].push_back(std::move(object));
+    lists[module.list].push_back(std::move(object));
   }
 }
 
@@ -248,17 +248,20 @@ contribution::Property property_at(const JsonCursor& cursor, const std::string& 
     read(cursor, property.value.emplace<double>());
   } else if (cursor.json.is_array()) {
     read(cursor, property.value.emplace<std::vector<double>>());
+  } else if (cursor.json.is_string()) {
+    read(cursor, property.value.emplace<std::string>());
   } else {
-    cursor.refuse("a number, true, false or a list of numbers");
+    cursor.refuse("a number, a text, true, false or a list of numbers");
   }
   return property;
 }
 
 /// Every list beside those of the world itself holds records of modules.
-void read_module_records(const JsonCursor& world, WorldRecord& record) {
-  for (const auto& [list_key, list] : world.json.items()) {
+void read_module_records(const JsonCursor& lists, std::vector<contribution::ModuleRecord>& records) {
+  if (!lists.json.is_object()) lists.refuse("an object");
+  for (const auto& [list_key, list] : lists.json.items()) {
     if (!list.is_array() || list_key == "layers" || list_key == "entities" || list_key == "fields") continue;
-    const JsonCursor cursor = world.member(list_key.c_str());
+    const JsonCursor cursor = lists.member(list_key.c_str());
     for (std::size_t index = 0; index < list.size(); ++index) {
       const JsonCursor item = cursor.item(index);
       contribution::ModuleRecord module{.list = list_key, .name = {}, .properties = {}};
@@ -266,7 +269,7 @@ void read_module_records(const JsonCursor& world, WorldRecord& record) {
       for (const auto& [key, value] : item.json.items()) {
         if (key != "name") module.properties.push_back(property_at(item.member(key.c_str()), key));
       }
-      record.modules.push_back(std::move(module));
+      records.push_back(std::move(module));
     }
   }
 }
@@ -281,7 +284,9 @@ std::string file_of(const Record& record, int version) {
     json[key] = written(member);
     if constexpr (std::same_as<decltype(member), const std::vector<BusGroup>&>) add_bus_lists(member, json);
   });
-  if constexpr (std::same_as<Record, WorldRecord>) add_module_records(record, json);
+  if constexpr (std::same_as<Record, WorldRecord>) add_module_records(record.modules, json);
+  if constexpr (std::same_as<Record, RunRecord>)
+    add_module_records(record.lists, json["lists"] = Json::object());
   return with_checksum(readable_json(json));
 }
 
@@ -306,8 +311,11 @@ Record parsed(const std::string& file, std::string_view text, int wanted) {
   if (const std::string fault = checksum_fault(text); !fault.empty()) throw ReportError(file + ": " + fault);
   Record record;
   read(whole, record);
-  if constexpr (std::same_as<Record, WorldRecord>) read_module_records(whole, record);
-  if constexpr (std::same_as<Record, RunRecord>) read_bus_lists(whole, record.buses);
+  if constexpr (std::same_as<Record, WorldRecord>) read_module_records(whole, record.modules);
+  if constexpr (std::same_as<Record, RunRecord>) {
+    read_bus_lists(whole, record.buses);
+    read_module_records(whole.member("lists"), record.lists);
+  }
   return record;
 }
 

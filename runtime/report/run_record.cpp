@@ -1,6 +1,6 @@
 #include "runtime/report/run_record.hpp"
 
-#include "runtime/contribution/words.hpp"
+#include "runtime/contract/words.hpp"
 
 namespace hil::report {
 namespace {

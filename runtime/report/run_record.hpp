@@ -14,15 +14,16 @@
 #include <string>
 #include <vector>
 
+#include <hil/contribution.hpp>
+
 #include "runtime/contribution/bus_record.hpp"
-#include "runtime/contribution/contribution.hpp"
 #include "runtime/report/signal_plot_record.hpp"
 
 namespace hil::report {
 
 /// Written into report.json. The reader refuses a file with another number. It grows with every key that is
 /// added, removed or changes its meaning, since the reader needs all keys.
-inline constexpr int schema_version = 16;
+inline constexpr int schema_version = 17;
 
 using contribution::BusGroup;
 using contribution::BusRecord;
@@ -342,21 +343,6 @@ struct Recording {
   std::uint64_t not_recorded = 0;               ///< messages that did not fit after that
 };
 
-/// A camera, and its files in the folder `images`.
-struct Camera {
-  std::string name;                 ///< of the module
-  std::uint64_t images = 0;         ///< that it took
-  std::uint64_t dropped = 0;        ///< of them not written, since the disk was too slow
-  std::uint64_t beyond_limit = 0;   ///< of them not written, since its files had their largest size
-  std::uint64_t missing_tiles = 0;  ///< of all images
-  double exposure_value = 0.0;
-  std::string last_file{};                     ///< in the folder of the run; empty: there is none
-  std::optional<std::int64_t> last_time_ns{};  ///< of its image
-  std::optional<std::uint64_t> last_tick{};    ///< the same, as a number of base periods
-  /// The last image as a PNG file in base64, reduced to at most 640 * 480 pixels; empty: there is none.
-  std::string last_image_png{};
-};
-
 /// An image of the world at the end of the run, from a place that the scenario names (world.views).
 struct View {
   std::string name;
@@ -366,7 +352,7 @@ struct View {
   bool lights_overflow = false;         ///< the world has more lights than an image may have
   std::uint64_t incomplete_pixels = 0;  ///< lack light or show nothing
   std::string file{};                   ///< in the folder of the run; empty: it could not be written
-  std::string image_png{};              ///< as Camera::last_image_png
+  std::string image_png{};              ///< as contribution::ShownImage::png
 };
 
 struct ViewBox {
@@ -426,8 +412,8 @@ struct RunRecord {
   std::uint64_t events_not_listed = 0;  ///< further ones of modules, stimuli and faults
   std::optional<TopView> top_view;
   std::vector<View> views;
-  std::vector<Section> sections;  ///< of modules
-  std::vector<Camera> cameras;
+  std::vector<Section> sections;                  ///< of modules
+  std::vector<contribution::ModuleRecord> lists;  ///< records of modules, by the list that each names
   std::optional<Recording> recording;
   SignalPlots signal_plots;
 };

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "runtime/contribution/section.hpp"
+#include <hil/section.hpp>
 
 namespace hil::report {
 

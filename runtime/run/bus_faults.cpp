@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "runtime/modules/splitmix64.hpp"
+#include <hil/splitmix64.hpp>
 
 namespace hil::run {
 namespace {

@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
+#include <hil/diagnostics.hpp>
+
 #include "io/device.hpp"
-#include "runtime/config/diagnostics.hpp"
 #include "runtime/config/scenario.hpp"
 
 namespace hil::run {

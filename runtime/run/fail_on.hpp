@@ -4,7 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+
 #include "runtime/executive/result.hpp"
 #include "runtime/expression/program.hpp"
 #include "runtime/report/run_record.hpp"

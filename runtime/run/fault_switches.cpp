@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
 
 namespace hil::run {
 namespace {

@@ -6,10 +6,11 @@
 
 namespace hil::run {
 
-ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns,
+ModuleTask::ModuleTask(modules::AnyModule& module, Links links, std::int64_t deadline_ns,
                        signals::SignalTable& table, const rtstdb::Database* database,
                        const DeviceClock& run_clock, modules::EventLog& events)
-    : module_(module),
+    : plain_(module.plain_module()),
+      world_(module.world_module()),
       links_(std::move(links)),
       deadline_ns_(deadline_ns),
       table_(table),
@@ -75,7 +76,10 @@ void ModuleTask::step(const executive::TickInfo& tick) noexcept {
   context_.gpu_ns = 0;
   context_.failure = rtstdb::Status::idle;
   context_.hard_miss = {};
-  module_.step(context_);
+  if (world_ != nullptr)
+    world_->step(context_);
+  else
+    plain_->step(context_);
   step_added_ns_ = added_ns_.load(std::memory_order_relaxed);
   if (step_added_ns_ > 0) longer_steps_.fetch_add(1, std::memory_order_relaxed);
   if (context_.hard_miss.lateness_ns > 0) {

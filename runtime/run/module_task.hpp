@@ -9,9 +9,10 @@
 #include <span>
 #include <vector>
 
+#include <hil/world/world_module.hpp>
+
 #include "runtime/executive/clock.hpp"
 #include "runtime/executive/task.hpp"
-#include "runtime/modules/module.hpp"
 #include "runtime/run/clocks.hpp"
 #include "runtime/signals/links.hpp"
 
@@ -25,7 +26,7 @@ class ModuleTask final : public executive::Task {
   };
 
   /// `database`: null when the run has none.
-  ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
+  ModuleTask(modules::AnyModule& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
              const rtstdb::Database* database, const DeviceClock& run_clock, modules::EventLog& events);
 
   void latch(const executive::TickInfo& tick) noexcept override;
@@ -49,7 +50,7 @@ class ModuleTask final : public executive::Task {
   rtstdb::Status first_failure() const noexcept { return first_failure_; }
 
   /// A run with a hard transaction that was late.
-  struct HardMiss : modules::StepContext::HardMiss {
+  struct HardMiss : modules::WorldStep::HardMiss {
     std::uint64_t tick = 0;
   };
   /// The number of such runs, warm-up runs included, the first of them, and the latest. After the run.
@@ -63,7 +64,8 @@ class ModuleTask final : public executive::Task {
   void latch_inputs(std::vector<signals::SignalValue>& inputs) noexcept;
   rtstdb::Version latest_version() const noexcept;
 
-  modules::Module& module_;
+  modules::Module* const plain_;  ///< or world_
+  modules::WorldModule* const world_;
   const Links links_;
   const std::int64_t deadline_ns_;
   signals::SignalTable& table_;
@@ -76,7 +78,7 @@ class ModuleTask final : public executive::Task {
   rtstdb::Version kept_version_ = 0;
   bool kept_ = false;
   std::vector<double> outputs_;
-  modules::StepContext context_;
+  modules::WorldStep context_;
   std::atomic<std::int64_t> added_ns_{0};
   std::int64_t step_added_ns_ = 0;  ///< of the last step
   std::atomic<std::uint64_t> longer_steps_{0};

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <new>
 
-#include "runtime/config/require.hpp"
+#include <hil/require.hpp>
 
 namespace hil::run {
 namespace {

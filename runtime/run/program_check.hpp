@@ -6,7 +6,8 @@
 #include <filesystem>
 #include <span>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+
 #include "runtime/config/scenario.hpp"
 
 namespace hil::run {

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include <hil/world/relation.hpp>
+
 #include "runtime/config/parse.hpp"
+#include "runtime/modules/registry.hpp"
 
 namespace hil::run {
 namespace {
@@ -10,11 +13,12 @@ namespace {
 constexpr const char* relation_task_name = "relations";
 
 bool computes_relations(const config::TaskSection& section) {
-  return modules::find_module_type(section.type.text)->computes_relations;
+  return !modules::find_module_type(section.type.text)->computes.empty();
 }
 
 const modules::ModuleType& relations_type() {
-  return *std::ranges::find_if(modules::module_types(), &modules::ModuleType::computes_relations);
+  return *std::ranges::find_if(modules::module_types(),
+                               [](const modules::ModuleType& type) { return !type.computes.empty(); });
 }
 
 /// Null: the scenario has no such task.
@@ -67,7 +71,8 @@ void wire_relations(config::Scenario& scenario, const signals::RelationSignals& 
   if (wired == nullptr && relations.relations.empty()) return;
   if (wired == nullptr) wired = &add_relation_task(scenario, relations, wiring, diagnostics);
   modules::TaskParameters task = task_parameters(scenario, *wired->section);
-  task.relations = {relations.relations, scenario.world.regions, scenario.world.beams};
+  const modules::Relations computed{relations.relations, scenario.world.regions, scenario.world.beams};
+  task.relations = &computed;
   wired->module = relations_type().create(wired->section->parameters, task, diagnostics);
   wired->links.outputs = relations.signals;
   for (const config::InputLink& input : wired->section->inputs)

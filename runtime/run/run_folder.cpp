@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "io/device.hpp"
-#include "runtime/run/image_files.hpp"
-#include "runtime/run/point_cloud_files.hpp"
+#include "runtime/run/contributed_files.hpp"
 
 namespace hil::run {
 namespace {
@@ -70,12 +69,13 @@ void remove_result(const fs::path& file) {
     throw io::DeviceError(file.string() + " of an earlier run can not be removed: " + error.message());
 }
 
-/// Removes the files with this extension, and the folder when it is then empty.
+/// Removes the files with this extension (null: all), and the folder when it is then empty.
 void remove_files(const fs::path& directory, const char* extension) {
   std::error_code error;
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error))
-    if (entry.path().extension() == extension) files.push_back(entry.path());
+    if (entry.is_regular_file() && (extension == nullptr || entry.path().extension() == extension))
+      files.push_back(entry.path());
   for (const fs::path& file : files)
     remove_result(file);
   fs::remove(directory, error);  // fails, and stays, with other files in it
@@ -88,8 +88,9 @@ fs::path database_folder(const fs::path& run_folder) {
 }
 
 void require_no_links(const fs::path& run_folder) {
-  for (const fs::path& folder : {run_folder, run_folder / "pictures", database_folder(run_folder),
-                                 image_folder(run_folder), point_cloud_folder(run_folder)}) {
+  for (const fs::path& folder :
+       {run_folder, run_folder / "pictures", database_folder(run_folder), image_folder(run_folder),
+        point_cloud_folder(run_folder), other_folder(run_folder)}) {
     const fs::path link = link_in(folder);
     if (link.empty()) continue;
     std::error_code ignored;
@@ -137,6 +138,7 @@ void RunFolder::clear() const {
     remove_result(picture);
   remove_files(point_cloud_folder(directory_), ".pcd");
   remove_files(image_folder(directory_), ".png");
+  remove_files(other_folder(directory_), nullptr);
   remove_log(database_folder(directory_));
 }
 

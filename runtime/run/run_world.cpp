@@ -9,9 +9,9 @@
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
-#include "runtime/run/camera_record.hpp"
+#include "runtime/run/contributed_files.hpp"
 #include "runtime/run/database_record.hpp"
-#include "runtime/run/image_files.hpp"
+#include "runtime/run/report_image.hpp"
 #include "runtime/run/run_folder.hpp"
 #include "runtime/run/scenery.hpp"
 #include "runtime/run/world_views.hpp"
@@ -53,8 +53,13 @@ rtstdb::DurabilityOptions durability_of(const RunContext& context) {
 bool needs_database(const Wiring& wiring) {
   return !wiring.scenario->world.entities.empty() ||
          std::ranges::any_of(wiring.modules, [](const WiredModule& wired) {
-           return modules::find_module_type(wired.section->type.text)->needs_world;
+           return wired.module->world_module() != nullptr;
          });
+}
+
+void configure(modules::AnyModule& module, modules::World& world, const modules::Setup& setup) {
+  if (modules::WorldModule* const in_world = module.world_module()) in_world->configure(world, setup);
+  if (modules::Module* const plain = module.plain_module()) plain->configure(setup);
 }
 
 std::string log_refusal(const report::DatabaseLog& log) {
@@ -75,19 +80,17 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context)
       context_(context),
       fields_(context.log),
       module_release_{wiring},
-      point_clouds_(context.options.directory, context.is_virtual),
-      camera_files_(context.options.directory, context.is_virtual, context.scenario.base_period_ns) {
+      file_streams_(context.options.directory, context.is_virtual) {
   if (needs_database(wiring_)) {
     open_database();
     context_.log.info("GPU: " + database_->device().name + ", " + database_->device().driver);
   }
-  world_ = std::make_unique<modules::World>(database_.get(), wiring_.layers.names());
-  world_->set_point_clouds(&point_clouds_);
-  world_->set_camera_images(&camera_files_);
+  world_ = std::make_unique<modules::NamedWorld>(database_.get(), wiring_.layers.names());
   if (database_ != nullptr) create_scenery(context_.scenario, wiring_.scenery, *world_, fields_);
   for (WiredModule& wired : wiring_.modules) {
     const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
-    wired.module->configure(*world_, events_, facts);
+    const modules::Setup setup{.task = facts, .events = events_, .files = file_streams_};
+    configure(*wired.module, *world_, setup);
     tasks_.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
                                                   wiring_.signals, database_.get(), context_.device_clock,
                                                   events_));
@@ -128,8 +131,9 @@ void RunWorld::write_world_record() const {
   record.period_ns = context_.scenario.base_period_ns;
   world_->describe(record);
   record.fields = fields_.records();
-  for (const WiredModule& wired : wiring_.modules)
-    wired.module->describe(record.modules);
+  for (const WiredModule& wired : wiring_.modules) {
+    if (const modules::WorldModule* module = wired.module->world_module()) module->describe(record.modules);
+  }
   for (const modules::RecordedCamera& view : views_)
     record.modules.push_back(modules::to_module_record(view));
   try {
@@ -169,14 +173,17 @@ void RunWorld::draw_views_into(std::int64_t end_ns, report::RunRecord& record,
 }
 
 std::vector<std::string> RunWorld::close(std::int64_t end_ns, report::RunRecord& record) {
-  std::vector<std::string> faults = point_clouds_.close();
+  std::vector<std::string> faults;
   if (database_ != nullptr) {
     last_motions_ = motions_of_scenery();
     record.transactions = transactions_of(database_->counts());
     record.scheduler = scheduler_of(database_->scheduler_counts());
     if (!device_lost()) draw_views_into(end_ns, record, faults);
   }
-  camera_records_ = camera_files_.close();
+  RunFileStreams::Shortfalls files = file_streams_.close();
+  faults.insert(faults.end(), files.failures.begin(), files.failures.end());
+  for (const std::string& sentence : files.limits)
+    context_.degraded.add(sentence);
   if (database_ == nullptr) return faults;
   const auto ended = database_->close();
   const rtstdb::Durability durability = database_->durability();
@@ -251,8 +258,14 @@ void RunWorld::add_contributions(std::int64_t end_ns, report::RunRecord& record)
     wired.module->contribute(all);
   record.events.insert(record.events.end(), all.events.begin(), all.events.end());
   record.sections = std::move(all.sections);
-  add_cameras(all.cameras, camera_records_, record);
-  for (const std::string& fault : write_images(all.images, image_folder(context_.options.directory)))
+  for (contribution::Section& section : record.sections) {
+    for (contribution::ShownImage& image : section.images) {
+      image.png = report_png(image.width, image.height, image.rgb);
+      image.rgb.clear();
+    }
+  }
+  record.lists = std::move(all.lists);
+  for (const std::string& fault : write_files(all, context_.options.directory))
     record.failures.push_back(fault);
   record.top_view = report::TopView{.time_ns = end_ns,
                                     .view = {},

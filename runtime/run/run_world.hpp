@@ -12,13 +12,12 @@
 
 #include <rtstdb/database.hpp>
 
-#include "runtime/modules/event_log.hpp"
+#include "runtime/modules/named_world.hpp"
 #include "runtime/modules/recorded_camera.hpp"
-#include "runtime/modules/world.hpp"
+#include "runtime/modules/run_events.hpp"
 #include "runtime/report/run_record.hpp"
-#include "runtime/run/camera_files.hpp"
+#include "runtime/run/file_streams.hpp"
 #include "runtime/run/module_task.hpp"
-#include "runtime/run/point_cloud_files.hpp"
 #include "runtime/run/run_context.hpp"
 #include "runtime/run/wiring.hpp"
 #include "runtime/run/world_fields.hpp"
@@ -42,20 +41,20 @@ class RunWorld {
   /// False: the run has to end, since the world can not be queried or written any more.
   bool check();
 
-  /// Draws the views, closes the database, the point clouds and the images of cameras, and fills in
-  /// record.views, record.database_log, and the transactions and the scheduler of the run, without those of
-  /// the views. Returns sentences on what the history, the point clouds and the views lack. Transactions fail
-  /// from here on. `end_ns`: run time at which the run ended.
+  /// Draws the views, closes the database and the files of modules, and fills in record.views,
+  /// record.database_log, and the transactions and the scheduler of the run, without those of the views.
+  /// Returns sentences on what the history, the views and the files lack. Transactions fail from here on.
+  /// `end_ns`: run time at which the run ended.
   std::vector<std::string> close(std::int64_t end_ns, report::RunRecord& record);
 
   /// Fills in the device, what was not reserved, and what was degraded. `record.tasks` is there.
   void fill(report::RunRecord& record) const;
-  /// Fills in the map, the sections and the cameras, adds events, and writes images: what the scenery and the
-  /// modules contribute. Images that can not be written are failures of the record.
+  /// Fills in the map, the sections and the lists, adds events, and writes images and files: what the scenery
+  /// and the modules contribute. Files that can not be written are failures of the record.
   void add_contributions(std::int64_t end_ns, report::RunRecord& record) const;
   /// The events that modules, stimuli and faults noted in the tick.
-  modules::EventLog& events() noexcept { return events_; }
-  const modules::EventLog& events() const noexcept { return events_; }
+  modules::RunEvents& events() noexcept { return events_; }
+  const modules::RunEvents& events() const noexcept { return events_; }
 
  private:
   /// Destroys the modules, whose queries must not outlive the database.
@@ -74,12 +73,10 @@ class RunWorld {
   RunContext& context_;
   WorldFields fields_;
   std::unique_ptr<rtstdb::Database> database_;  // refers to the fields; null: the run needs none
-  ModuleRelease module_release_;                // before the database, also when the constructor throws
-  PointCloudFiles point_clouds_;
-  CameraFiles camera_files_;
-  std::vector<CameraFileRecord> camera_records_;  ///< when the files were closed
-  std::unique_ptr<modules::World> world_;
-  modules::EventLog events_;
+  std::unique_ptr<modules::NamedWorld> world_;
+  ModuleRelease module_release_;  // before the database, also when the constructor throws
+  RunFileStreams file_streams_;
+  modules::RunEvents events_;
   std::vector<modules::RecordedCamera> views_;
   std::vector<std::unique_ptr<ModuleTask>> tasks_;
   std::vector<rtstdb::Motion> last_motions_;  ///< of the scenery, when the database was closed

@@ -10,11 +10,11 @@
 #include <tuple>
 #include <utility>
 
+#include <hil/module.hpp>
+#include <hil/numbers.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/config/numbers.hpp"
 #include "runtime/config/world_limits.hpp"
-#include "runtime/modules/module.hpp"
 #include "runtime/run/parts_mesh.hpp"
 #include "runtime/run/scene_optics.hpp"
 
@@ -301,7 +301,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
   return scenery;
 }
 
-void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world,
+void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::NamedWorld& world,
                     WorldFields& fields) {
   for (const config::WorldMaterial& material : scenario.world.materials)
     world.add_material(material.name.text, material_of(material));

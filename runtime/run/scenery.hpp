@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "runtime/config/scenario.hpp"
-#include "runtime/modules/world.hpp"
+#include "runtime/modules/named_world.hpp"
 #include "runtime/report/run_record.hpp"
 #include "runtime/run/world_fields.hpp"
 
@@ -32,7 +32,7 @@ Scenery make_scenery(const config::World& world, config::Diagnostics& diagnostic
 
 /// Creates the materials, the lights and the entities, and their geometries from the meshes, which `scenery`
 /// then no longer has. The fields are built when a query first needs them. Throws modules::SetupError.
-void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::World& world,
+void create_scenery(const config::Scenario& scenario, Scenery& scenery, modules::NamedWorld& world,
                     WorldFields& fields);
 
 /// Motions of the scenery as the scenario gives them, by entity: from the first tick on.

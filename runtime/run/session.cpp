@@ -12,7 +12,8 @@
 #include <thread>
 #include <utility>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
+
 #include "runtime/executive/executive.hpp"
 #include "runtime/expectations/judges.hpp"
 #include "runtime/plots/plot_collector.hpp"
@@ -472,7 +473,7 @@ void LiveSession::note_ended_processes(report::RunRecord& record) const {
 
 /// Events of modules, devices and processes, by time.
 void LiveSession::add_events(report::RunRecord& record) const {
-  for (const modules::EventLog::Event& event : world_->events().events())
+  for (const modules::RunEvents::Event& event : world_->events().events())
     record.events.push_back({event.time_ns, event.text});
   record.events.insert(record.events.end(), buses_.events().begin(), buses_.events().end());
   for (const ProcessExit& exit : exits_) {

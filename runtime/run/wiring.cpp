@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "runtime/expectations/kinds.hpp"
+#include "runtime/modules/registry.hpp"
 #include "runtime/recording/signal_selection.hpp"
 #include "runtime/run/relation_wiring.hpp"
 #include "runtime/run/world_wiring.hpp"
@@ -61,7 +62,7 @@ void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& k
     modules::TaskParameters task = task_parameters(*wiring.scenario, section);
     task.value_names = value_names(section, of_buses, known);
     WiredModule wired{.section = &section, .module = nullptr, .links = {}};
-    if (type->computes_relations) {  // wire_relations makes it, when the relations are known
+    if (!type->computes.empty()) {  // wire_relations makes it, when the relations are known
       wiring.modules.push_back(std::move(wired));
       continue;
     }
@@ -289,6 +290,7 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
   const std::int64_t period_ns = scenario.base_period_ns * section.every_ticks;
   return {.instance = section.module.text,
           .period_ns = period_ns,
+          .tick_ns = scenario.base_period_ns,
           .offset_ns = scenario.base_period_ns * section.offset_ticks,
           .deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns,
           .seed = scenario.seed,

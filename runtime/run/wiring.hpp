@@ -15,11 +15,12 @@
 #include <optional>
 #include <vector>
 
+#include <hil/module.hpp>
+
 #include "runtime/buses/bus.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/injection/faults.hpp"
 #include "runtime/injection/stimuli.hpp"
-#include "runtime/modules/module.hpp"
 #include "runtime/run/bus_faults.hpp"
 #include "runtime/run/module_task.hpp"
 #include "runtime/run/run_variables.hpp"
@@ -29,7 +30,7 @@ namespace hil::run {
 
 struct WiredModule {
   const config::TaskSection* section = nullptr;
-  std::unique_ptr<modules::Module> module;
+  std::unique_ptr<modules::AnyModule> module;
   ModuleTask::Links links;
 };
 

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+
 #include "runtime/modules/recorded_field.hpp"
 
 namespace hil::run {

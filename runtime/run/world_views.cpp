@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "runtime/modules/still_image.hpp"
-#include "runtime/run/image_files.hpp"
+#include "runtime/run/contributed_files.hpp"
 #include "runtime/run/png_file.hpp"
 #include "runtime/run/report_image.hpp"
 

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
+#include <hil/world/world.hpp>
 #include <rtstdb/database.hpp>
 
 #include "runtime/config/scenario.hpp"
 #include "runtime/modules/recorded_camera.hpp"
-#include "runtime/modules/world.hpp"
 #include "runtime/report/run_record.hpp"
 
 namespace hil::run {

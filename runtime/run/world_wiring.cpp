@@ -12,6 +12,13 @@ namespace {
 using config::Diagnostics;
 using config::Word;
 
+/// A module without a world names and makes nothing in it.
+const modules::WorldPorts& world_ports(const WiredModule& wired) {
+  static const modules::WorldPorts none;
+  const modules::WorldModule* const module = wired.module->world_module();
+  return module == nullptr ? none : module->ports();
+}
+
 bool all_modules_exist(const Wiring& wiring) {
   return std::none_of(wiring.modules.begin(), wiring.modules.end(),
                       [](const WiredModule& wired) { return wired.module == nullptr; });
@@ -25,7 +32,7 @@ void add_layers(Wiring& wiring, Diagnostics& diagnostics) {
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) continue;
     std::string reported;  // one mistake for all bodies in one layer
-    for (const Word& layer : wired.module->ports().layers_of_made) {
+    for (const Word& layer : world_ports(wired).layers_of_made) {
       const bool has_bit =
           (world.layers_are_listed ? wiring.layers.bit(layer.text) : wiring.layers.add(layer.text))
               .has_value();
@@ -77,7 +84,7 @@ void check_names(const Wiring& wiring, Diagnostics& diagnostics) {
     materials.push_back(material.name.text);
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) return;  // its bodies are not known
-    const modules::Ports& ports = wired.module->ports();
+    const modules::WorldPorts& ports = world_ports(wired);
     const std::vector<std::string>& layers = wiring.layers.names();
     if (all_layers_are_known) {
       for_each_missing(ports.layers, layers, [&](const Word& layer) {
@@ -115,7 +122,7 @@ bool has_body(const modules::BodySearch& search, const Wiring& wiring) {
   };
   if (std::ranges::any_of(wiring.scenario->world.entities, is_found)) return true;
   for (const WiredModule& maker : wiring.modules) {
-    const modules::Ports& ports = maker.module->ports();
+    const modules::WorldPorts& ports = world_ports(maker);
     for (std::size_t i = 0; i < std::min(ports.makes.size(), ports.layers_of_made.size()); ++i)
       if (!is_left_out(maker.section->module.text + "." + ports.makes[i]) &&
           is_searched(ports.layers_of_made[i]))
@@ -129,7 +136,7 @@ bool has_body(const modules::BodySearch& search, const Wiring& wiring) {
 void check_searched_layers(const Wiring& wiring, Diagnostics& diagnostics) {
   if (!all_modules_exist(wiring)) return;  // the layers of their bodies are not known
   for (const WiredModule& wired : wiring.modules) {
-    for (const modules::BodySearch& search : wired.module->ports().searches) {
+    for (const modules::BodySearch& search : world_ports(wired).searches) {
       if (has_body(search, wiring)) continue;
       std::string layers;
       for (const Word& layer : search.layers)
@@ -148,7 +155,7 @@ void check_searched_layers(const Wiring& wiring, Diagnostics& diagnostics) {
 bool is_used(const config::WorldLight& light, const Wiring& wiring) {
   const auto has_name = [&](const Word& word) { return word.text == light.name.text; };
   for (const WiredModule& wired : wiring.modules)
-    if (wired.module != nullptr && std::ranges::any_of(wired.module->ports().lights, has_name)) return true;
+    if (wired.module != nullptr && std::ranges::any_of(world_ports(wired).lights, has_name)) return true;
   return std::ranges::any_of(wiring.scenario->world.entities, [&](const config::WorldEntity& entity) {
     return entity.light && has_name(*entity.light);
   });
@@ -179,7 +186,7 @@ void check_lights(const Wiring& wiring, Diagnostics& diagnostics) {
   }
   if (is_lit) return;
   for (const WiredModule& wired : wiring.modules)
-    if (wired.module->ports().needs_light)
+    if (world_ports(wired).needs_light)
       diagnostics.warn(wired.section->module.place, "the images of module " + wired.section->module.text +
                                                         " are black: no entity has a light, or a material "
                                                         "that emits light");
@@ -195,7 +202,7 @@ void check_views(const Wiring& wiring, Diagnostics& diagnostics) {
         diagnostics.add(view.name.place,
                         "'" + view.name.text + "' is the name of a module; give the view another name");
     if (wired.module == nullptr) continue;
-    for (const std::string& made : wired.module->ports().makes)
+    for (const std::string& made : world_ports(wired).makes)
       bodies.push_back(wired.section->module.text + "." + made);
   }
   if (world.views.empty() || !all_modules_exist(wiring)) return;  // their bodies and layers are not known
@@ -218,7 +225,7 @@ void check_moved_bodies(const Wiring& wiring, Diagnostics& diagnostics) {
   std::map<std::string, std::string> movers;
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) continue;
-    for (const Word& body : wired.module->ports().moves) {
+    for (const Word& body : world_ports(wired).moves) {
       if (std::find(bodies.begin(), bodies.end(), body.text) == bodies.end()) {
         diagnostics.add(body.place, missing_body(wiring.scenario->world, body.text, "entity",
                                                  " in world.entities", bodies));
@@ -256,7 +263,7 @@ void check_capacity(const Wiring& wiring, Diagnostics& diagnostics) {
   std::unordered_set<std::string> keys;
   for (const WiredModule& wired : wiring.modules) {
     if (wired.module == nullptr) continue;
-    const modules::Ports& ports = wired.module->ports();
+    const modules::WorldPorts& ports = world_ports(wired);
     const bool bodies_did_fit = bodies <= world.max_entities;
     const bool shapes_did_fit = shapes <= world.max_geometries;
     bodies += ports.makes.size();

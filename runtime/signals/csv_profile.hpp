@@ -13,7 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+
 #include "runtime/config/expression.hpp"
 
 namespace hil::signals {

@@ -12,11 +12,12 @@
 #include <string_view>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/unit.hpp>
+
 #include "runtime/config/expression.hpp"
 #include "runtime/expression/relation.hpp"
 #include "runtime/signals/signal_table.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::signals {
 

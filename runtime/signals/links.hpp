@@ -3,8 +3,9 @@
 
 #include <vector>
 
+#include <hil/unit.hpp>
+
 #include "runtime/signals/signal_table.hpp"
-#include "runtime/units/unit.hpp"
 
 namespace hil::signals {
 

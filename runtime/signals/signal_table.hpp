@@ -17,7 +17,8 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/units/unit.hpp"
+#include <hil/signal_value.hpp>
+#include <hil/unit.hpp>
 
 namespace hil::signals {
 
@@ -39,17 +40,6 @@ struct SignalInfo {
   std::int64_t timeout_ns = 0;  ///< if `arrives`: time for which its value stays fresh; 0: without limit
   std::map<std::string, double> named_values = {};  ///< value names, as a bus describes them
   units::ValueKind value_kind = units::ValueKind::as_unit;
-};
-
-/// A value and its run time: the arrival of the bytes for a device's input, the tick for a module's output.
-/// `fresh` is false before the first write and while the writer is lost.
-struct SignalValue {
-  double value = 0.0;
-  std::int64_t time_ns = std::numeric_limits<std::int64_t>::min();
-  bool fresh = false;
-  /// Of a variable: time_ns less the time at which the oldest of its signals was written; of a constant far
-  /// below 0.
-  std::int64_t spread_ns = 0;
 };
 
 /// Keeps something in step with a signal.

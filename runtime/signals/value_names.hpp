@@ -7,7 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+
 #include "runtime/config/expression.hpp"
 #include "runtime/signals/known_signals.hpp"
 

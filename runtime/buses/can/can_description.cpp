@@ -6,10 +6,11 @@
 #include <variant>
 #include <vector>
 
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+
 #include "io/can/signal_codec.hpp"
 #include "runtime/buses/can/played_log.hpp"
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/units.hpp"
 #include "runtime/signals/known_signals.hpp"
 
 namespace hil::buses::can {

@@ -7,9 +7,10 @@
 #include <optional>
 #include <string>
 
+#include <hil/diagnostics.hpp>
+
 #include "io/can/can_device.hpp"
 #include "runtime/buses/can/can_section.hpp"
-#include "runtime/config/diagnostics.hpp"
 
 namespace hil::buses::can {
 

@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/section.hpp>
+
 #include "io/can/can_device.hpp"
 #include "runtime/contribution/bus_record.hpp"
-#include "runtime/contribution/section.hpp"
 
 namespace hil::buses::can {
 

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::buses::can {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
 
 namespace hil::buses::can {
 

@@ -8,10 +8,11 @@
 #include <system_error>
 #include <utility>
 
+#include <hil/quantity.hpp>
+
 #include "io/can/candump_line.hpp"
 #include "runtime/config/run_end.hpp"
 #include "runtime/config/text_lists.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::buses::can {
 namespace {

@@ -12,9 +12,10 @@
 #include <optional>
 #include <unordered_set>
 
+#include <hil/diagnostics.hpp>
+
 #include "io/can/log_playback.hpp"
 #include "runtime/buses/can/can_section.hpp"
-#include "runtime/config/diagnostics.hpp"
 
 namespace hil::buses::can {
 

@@ -1,7 +1,7 @@
 #pragma once
 // The keys of a Modbus unit in a scenario, and those of a register map file.
 
-#include "runtime/config/schema.hpp"
+#include <hil/schema.hpp>
 
 namespace hil::buses::modbus {
 

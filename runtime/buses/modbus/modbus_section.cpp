@@ -4,14 +4,15 @@
 #include <chrono>
 #include <limits>
 
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/register_codec.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
 #include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/buses/modbus/register_map_file.hpp"
-#include "runtime/config/numbers.hpp"
 #include "runtime/config/reading.hpp"
-#include "runtime/config/units.hpp"
 
 namespace hil::buses::modbus {
 namespace {

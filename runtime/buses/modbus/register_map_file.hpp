@@ -4,8 +4,9 @@
 #include <optional>
 #include <string>
 
+#include <hil/diagnostics.hpp>
+
 #include "io/modbus/register_map.hpp"
-#include "runtime/config/diagnostics.hpp"
 
 namespace hil::buses::modbus {
 

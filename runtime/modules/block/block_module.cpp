@@ -6,10 +6,11 @@
 #include <cmath>
 #include <utility>
 
+#include <hil/module.hpp>
+
 #include "runtime/modules/block/block.hpp"
 #include "runtime/modules/block/block_schema.hpp"
 #include "runtime/modules/block/compile_block.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -36,17 +37,17 @@ class BlockModule final : public Module {
 
   const Ports& ports() const noexcept override { return ports_; }
 
-  void configure(World& /*world*/, EventLog& events, const TaskParameters& task) override {
-    const std::string block = task.instance + ".";
+  void configure(const Setup& setup) override {
+    const std::string block = setup.task.instance + ".";
     for (const BlockMachine& machine : block_.equations().machines) {
       entered_.emplace_back();
       for (const BlockMachineState& state : machine.states)
-        entered_.back().push_back(events.add_kind(block + machine.name + " is " + state.name));
+        entered_.back().push_back(setup.events.add_kind(block + machine.name + " is " + state.name));
     }
     for (const BlockState& state : block_.equations().states)
-      unknown_.push_back(events.add_kind(block + state.name +
-                                         " is unknown from here on: its equations have no "
-                                         "finite value"));
+      unknown_.push_back(setup.events.add_kind(block + state.name +
+                                               " is unknown from here on: its equations have no "
+                                               "finite value"));
     is_unknown_.resize(unknown_.size());
   }
 
@@ -94,9 +95,8 @@ ModuleType block_type() {
       .name = "block",
       .about = "A plant, a controller or a signal source, described by equations, tables and state machines.",
       .parameters = block_schema(),
-      .needs_world = false,
       .create = [](const config::Value& parameters, const TaskParameters& task,
-                   config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                   config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
         auto compiled = compile_block(parameters, task, diagnostics);
         if (!compiled) return nullptr;
         return std::make_unique<BlockModule>(std::move(*compiled), task);

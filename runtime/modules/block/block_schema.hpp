@@ -1,7 +1,7 @@
 #pragma once
 // What the parameters of a block are in YAML.
 
-#include "runtime/config/schema.hpp"
+#include <hil/schema.hpp>
 
 namespace hil::modules {
 

@@ -7,10 +7,11 @@
 #include <string>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+#include <hil/splitmix64.hpp>
+
 #include "runtime/expression/definition_order.hpp"
 #include "runtime/modules/block/block_names.hpp"
-#include "runtime/modules/splitmix64.hpp"
 
 namespace hil::modules {
 namespace {

@@ -4,8 +4,9 @@
 #include <optional>
 #include <vector>
 
+#include <hil/module.hpp>
+
 #include "runtime/modules/block/block.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 

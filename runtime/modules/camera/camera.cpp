@@ -1,34 +1,44 @@
 // A camera, carried by a body or at rest in the world (paper, Render Query). A step takes one image, whose
 // exposure begins at its release, or none (image_schedule.hpp). The outputs, an object list among them, are
-// those of camera_ports.hpp; the run writes images and depths as files (camera_images.hpp).
+// those of camera_ports.hpp, the files those of image_encoder.hpp.
 
 #include <algorithm>
 #include <bit>
+#include <cstdio>
 #include <limits>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/units.hpp"
+#include <hil/noise_seed.hpp>
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/answer_digest.hpp"
 #include "runtime/modules/camera/camera_options.hpp"
 #include "runtime/modules/camera/camera_ports.hpp"
+#include "runtime/modules/camera/image_encoder.hpp"
 #include "runtime/modules/camera/image_schedule.hpp"
 #include "runtime/modules/camera/visible_bodies.hpp"
 #include "runtime/modules/camera/visible_share.hpp"
-#include "runtime/modules/module.hpp"
-#include "runtime/modules/noise_seed.hpp"
 #include "runtime/modules/recorded_camera.hpp"
 
 namespace hil::modules {
 namespace {
 
-class CameraModule final : public Module {
+/// "2.900 s"
+std::string in_seconds(std::int64_t time_ns) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f s", static_cast<double>(time_ns) * 1e-9);
+  return text;
+}
+
+class CameraModule final : public WorldModule {
  public:
   CameraModule(const config::Value& parameters, CameraOptions options, const TaskParameters& task);
 
-  const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskParameters& task) override;
-  void step(StepContext& context) noexcept override;
+  const WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(World& world, const Setup& setup) override;
+  void step(WorldStep& context) noexcept override;
   void describe(std::vector<contribution::ModuleRecord>& records) const override {
     records.push_back(to_module_record(camera_));
   }
@@ -37,21 +47,23 @@ class CameraModule final : public Module {
  private:
   rtstdb::ImageOutputs outputs() const noexcept;
   RecordedCamera describe_camera() const;
-  void take_image(StepContext& context) noexcept;
+  void take_image(WorldStep& context) noexcept;
   void hand_over(const rtstdb::Image& image, std::int64_t time_ns) noexcept;
-  void list_objects(StepContext& context, const rtstdb::Terms& terms, const rtstdb::Image& image) noexcept;
-  bool choose_objects(StepContext& context, const rtstdb::Terms& terms) noexcept;
-  void write_objects(StepContext& context, bool is_whole) const noexcept;
+  void list_objects(WorldStep& context, const rtstdb::Terms& terms, const rtstdb::Image& image) noexcept;
+  void add_to_section(contribution::Contribution& report) const;
+  bool choose_objects(WorldStep& context, const rtstdb::Terms& terms) noexcept;
+  void write_objects(WorldStep& context, bool is_whole) const noexcept;
 
   const CameraOptions options_;
   const ImageSchedule schedule_;
-  const Ports ports_;
+  const WorldPorts ports_;
   std::string instance_;
-  std::int64_t first_release_ns_ = 0, period_ns_ = 0, visible_after_ns_ = 0;
+  std::int64_t first_release_ns_ = 0, period_ns_ = 0, tick_ns_ = 0, visible_after_ns_ = 0;
 
   const World* world_ = nullptr;
   rtstdb::Database* database_ = nullptr;
-  std::unique_ptr<CameraImageStream> stream_;
+  std::shared_ptr<ImageEncoder> encoder_;
+  std::unique_ptr<FileStream> stream_;  ///< null: no files
   std::unique_ptr<rtstdb::ImageQuery> query_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   rtstdb::EntityId carrier_{};
@@ -111,10 +123,12 @@ RecordedCamera CameraModule::describe_camera() const {
           .read_noise_e = options_.sensor.read_noise_e};
 }
 
-void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
+void CameraModule::configure(World& world, const Setup& setup) {
+  const TaskParameters& task = setup.task;
   instance_ = task.instance;
   first_release_ns_ = task.offset_ns;
   period_ns_ = task.period_ns;
+  tick_ns_ = task.tick_ns;
   visible_after_ns_ = task.visible_after_ns();
   const std::string caller = "module " + task.instance;
   world_ = &world;
@@ -128,7 +142,7 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
   rtstdb::ImageQueryOptions image = image_options_of(camera_, outputs());
   image.late = options_.late;
   auto query = database_->prepare(image);
-  if (!query) throw SetupError(caller, query.error());
+  if (!query) throw RefusedByDatabase(caller, query.error());
   query_ = std::move(query).value();
   transaction_ = database_->make_transaction({.max_queries = 1, .max_reads = 1});
   if (options_.objects > 0) {
@@ -137,18 +151,24 @@ void CameraModule::configure(World& world, EventLog& /*events*/, const TaskParam
     objects_.reserve(options_.objects);
     covered_.reserve(options_.objects);
   }
-  if (world.camera_images() == nullptr || (!options_.has_images && options_.depth_step_m == 0.0)) return;
-  const CameraStreamOptions stream{.name = task.instance,
-                                   .width = options_.width,
-                                   .height = options_.height,
-                                   .has_images = options_.has_images,
-                                   .depth_step_m = options_.depth_step_m,
-                                   .sensor = sensor_of(camera_),
-                                   .max_bytes = options_.max_bytes};
-  stream_ = world.camera_images()->open(stream);
+  if (!options_.has_images && options_.depth_step_m == 0.0) return;
+  encoder_ = std::make_shared<ImageEncoder>(ImageEncoderOptions{.name = task.instance,
+                                                                .width = options_.width,
+                                                                .height = options_.height,
+                                                                .has_images = options_.has_images,
+                                                                .depth_step_m = options_.depth_step_m,
+                                                                .sensor = sensor_of(camera_),
+                                                                .tick_ns = task.tick_ns});
+  stream_ = setup.files.open({.folder = "images",
+                              .owner = "camera " + task.instance,
+                              .singular = "image",
+                              .plural = "images",
+                              .buffer_bytes = encoder_->buffer_bytes(),
+                              .max_bytes = options_.max_bytes,
+                              .encoder = encoder_});
 }
 
-void CameraModule::step(StepContext& context) noexcept {
+void CameraModule::step(WorldStep& context) noexcept {
   const auto release = static_cast<std::uint64_t>((context.time_ns - first_release_ns_) / period_ns_);
   if (schedule_.image_of(release)) take_image(context);
   const std::int64_t seen_ns = context.time_ns + visible_after_ns_;
@@ -156,7 +176,7 @@ void CameraModule::step(StepContext& context) noexcept {
                                                        : static_cast<double>(seen_ns - last_image_ns_) * 1e-6;
 }
 
-void CameraModule::take_image(StepContext& context) noexcept {
+void CameraModule::take_image(WorldStep& context) noexcept {
   const rtstdb::Terms terms{.deadline_class = rtstdb::DeadlineClass::soft,
                             .deadline = context.deadline,
                             .importance = 1,
@@ -185,15 +205,16 @@ void CameraModule::take_image(StepContext& context) noexcept {
 }
 
 void CameraModule::hand_over(const rtstdb::Image& image, std::int64_t time_ns) noexcept {
-  const std::optional<CameraFrame> frame = stream_->begin();
-  if (!frame) return;
-  if (!frame->color.empty()) std::ranges::copy(image.color, frame->color.begin());
-  if (!frame->srgb.empty()) std::ranges::copy(image.srgb, frame->srgb.begin());
-  if (!frame->depth_m.empty()) std::ranges::copy(image.depth_m, frame->depth_m.begin());
-  stream_->finish(time_ns);
+  const std::span<std::byte> buffer = stream_->begin();
+  if (buffer.empty()) return;
+  const ImageBuffer parts = encoder_->parts_of(buffer);
+  if (!parts.color.empty()) std::ranges::copy(image.color, parts.color.begin());
+  if (!parts.srgb.empty()) std::ranges::copy(image.srgb, parts.srgb.begin());
+  if (!parts.depth_m.empty()) std::ranges::copy(image.depth_m, parts.depth_m.begin());
+  stream_->finish(buffer.size(), time_ns);
 }
 
-void CameraModule::list_objects(StepContext& context, const rtstdb::Terms& terms,
+void CameraModule::list_objects(WorldStep& context, const rtstdb::Terms& terms,
                                 const rtstdb::Image& image) noexcept {
   for (std::size_t pixel = 0; pixel < image.entities.size(); ++pixel) {
     digest_.add(image.entities[pixel].index);
@@ -207,7 +228,7 @@ void CameraModule::list_objects(StepContext& context, const rtstdb::Terms& terms
 }
 
 /// The nearest bodies of the object layers. False: their rows could not be read.
-bool CameraModule::choose_objects(StepContext& context, const rtstdb::Terms& terms) noexcept {
+bool CameraModule::choose_objects(WorldStep& context, const rtstdb::Terms& terms) noexcept {
   const std::span<const VisibleBody> bodies = bodies_.nearest_first();
   objects_.clear();
   covered_.clear();
@@ -233,7 +254,7 @@ bool CameraModule::choose_objects(StepContext& context, const rtstdb::Terms& ter
   return true;
 }
 
-void CameraModule::write_objects(StepContext& context, bool is_whole) const noexcept {
+void CameraModule::write_objects(WorldStep& context, bool is_whole) const noexcept {
   context.outputs[CameraOutputs::object_count()] = static_cast<double>(object_count_);
   for (std::size_t i = 0; i < options_.objects; ++i) {
     const auto slot = context.outputs.subspan(CameraOutputs::object(i), CameraOutputs::per_object);
@@ -258,11 +279,60 @@ void CameraModule::write_objects(StepContext& context, bool is_whole) const noex
   }
 }
 
+/// A record in the list `cameras`; on the page a row in the table of all cameras, and the last image.
+void CameraModule::add_to_section(contribution::Contribution& report) const {
+  using contribution::Cell;
+  const FileStreamRecord files = stream_ ? stream_->record() : FileStreamRecord{};
+  const auto last_tick = files.last_time_ns ? std::optional(*files.last_time_ns / tick_ns_) : std::nullopt;
+  const auto count = [](std::uint64_t number) { return static_cast<std::int64_t>(number); };
+  const auto or_null = [](std::optional<std::int64_t> number) {
+    return number ? contribution::Property{{}, *number} : contribution::Property{{}, contribution::not_known};
+  };
+  const double exposure_value = options_.sensor.exposure_value;
+  report.lists.push_back({.list = camera_list,
+                          .name = instance_,
+                          .properties = {{"images", count(images_)},
+                                         {"dropped", count(files.dropped)},
+                                         {"beyond_limit", count(files.beyond_limit)},
+                                         {"missing_tiles", count(missing_tiles_)},
+                                         {"exposure_value", exposure_value},
+                                         {"last_file", files.last_file},
+                                         {"last_time_ns", or_null(files.last_time_ns).value},
+                                         {"last_tick", or_null(last_tick).value}}});
+
+  contribution::Section& section = report.section("Cameras");
+  section.name = "cameras";
+  if (encoder_ && !encoder_->last_rgb().empty())
+    section.images.push_back({.title = instance_,
+                              .caption = "Tick " + std::to_string(*last_tick) + ", " +
+                                         in_seconds(*files.last_time_ns) + ". Exposure value " +
+                                         config::format_number(exposure_value) + ", " + files.last_file + ".",
+                              .width = options_.width,
+                              .height = options_.height,
+                              .rgb = encoder_->last_rgb()});
+  if (section.tables.empty())
+    section.tables.push_back({.columns = {{.title = "Camera"},
+                                          {.title = "Images", .numeric = true},
+                                          {.title = "Dropped", .numeric = true},
+                                          {.title = "Beyond max_size", .numeric = true},
+                                          {.title = "Missing tiles", .numeric = true},
+                                          {.title = "Last file"}}});
+  const auto number = [](std::uint64_t value) { return Cell{.number = static_cast<double>(value)}; };
+  const auto fault = [&](std::uint64_t value) {
+    Cell cell = number(value);
+    if (value > 0) cell.mark = contribution::Mark::bad;
+    return cell;
+  };
+  section.tables.front().rows.push_back({{.text = instance_},
+                                         number(images_),
+                                         fault(files.dropped),
+                                         number(files.beyond_limit),
+                                         fault(missing_tiles_),
+                                         {.text = files.last_file}});
+}
+
 void CameraModule::contribute(contribution::Contribution& report) const {
-  report.cameras.push_back({.name = instance_,
-                            .images = images_,
-                            .missing_tiles = missing_tiles_,
-                            .exposure_value = options_.sensor.exposure_value});
+  add_to_section(report);
   const std::string camera = "camera " + instance_ + ": ";
   const auto note = [&](std::int64_t time_ns, const std::string& text) {
     report.events.push_back({time_ns, camera + text});
@@ -301,7 +371,7 @@ ModuleType camera_type() {
           .about = "A camera, carried by a body or at rest: images, depths, and a list of visible bodies.",
           .parameters = camera_schema(),
           .create = [](const config::Value& values, const TaskParameters& task,
-                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             auto options = read_camera_options(values, task.period_ns, diagnostics);
             if (!options) return nullptr;
             return std::make_unique<CameraModule>(values, std::move(*options), task);

@@ -3,12 +3,11 @@
 #include <cmath>
 #include <numbers>
 
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+#include <hil/rotation.hpp>
+#include <hil/world/vector_parameter.hpp>
 #include <rtstdb/limits.hpp>
-
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/rotation.hpp"
-#include "runtime/config/units.hpp"
-#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {

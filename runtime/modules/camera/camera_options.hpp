@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
 #include <rtstdb/image.hpp>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
 #include "runtime/modules/camera/image_sensor.hpp"
 
 namespace hil::modules {

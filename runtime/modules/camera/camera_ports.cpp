@@ -25,8 +25,8 @@ void add_slot(std::vector<Port>& outputs, const std::string& object) {
 
 }  // namespace
 
-Ports camera_ports(const config::Value& parameters, const CameraOptions& options) {
-  Ports ports;
+WorldPorts camera_ports(const config::Value& parameters, const CameraOptions& options) {
+  WorldPorts ports;
   ports.needs_light = options.has_images;
   if (!options.carrier.empty()) ports.bodies.push_back({options.carrier, parameters["carrier"].place()});
   for (const char* const key : {"layers", "object_layers"}) {

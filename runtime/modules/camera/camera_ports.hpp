@@ -20,12 +20,13 @@
 
 #include <cstddef>
 
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/camera/camera_options.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 
-Ports camera_ports(const config::Value& parameters, const CameraOptions& options);
+WorldPorts camera_ports(const config::Value& parameters, const CameraOptions& options);
 
 /// Indices in Ports::outputs.
 class CameraOutputs {

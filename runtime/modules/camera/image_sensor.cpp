@@ -7,9 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <hil/splitmix64.hpp>
 #include <rtstdb/srgb.hpp>
-
-#include "runtime/modules/splitmix64.hpp"
 
 namespace hil::modules {
 namespace {

@@ -30,13 +30,13 @@ void VisibleShare::prepare(rtstdb::Database& database, const std::string& name, 
                                                        .capacity = batch,
                                                        .mode = rtstdb::RayMode::first,
                                                        .hits_per_ray = rtstdb::max_hits_per_ray});
-  if (!rays) throw SetupError(caller, rays.error());
+  if (!rays) throw RefusedByDatabase(caller, rays.error());
   rays_ = std::move(rays).value();
   transaction_ = database.make_transaction({.max_queries = 1});
   body_of_ray_.resize(batch);
 }
 
-void VisibleShare::count(StepContext& context, const rtstdb::Terms& terms, const CameraView& view,
+void VisibleShare::count(WorldStep& context, const rtstdb::Terms& terms, const CameraView& view,
                          const rtstdb::Image& image, std::span<CoveredBody> bodies) noexcept {
   filled_ = 0;
   for (std::uint32_t number = 0; number < bodies.size(); ++number) {
@@ -62,7 +62,7 @@ void VisibleShare::count(StepContext& context, const rtstdb::Terms& terms, const
   if (filled_ > 0) search(context, terms, bodies);
 }
 
-void VisibleShare::search(StepContext& context, const rtstdb::Terms& terms,
+void VisibleShare::search(WorldStep& context, const rtstdb::Terms& terms,
                           std::span<CoveredBody> bodies) noexcept {
   transaction_->begin(terms);
   transaction_->add_query(*rays_, filled_);

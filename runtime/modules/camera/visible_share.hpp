@@ -14,10 +14,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/world/world_module.hpp>
 #include <rtstdb/database.hpp>
 
 #include "runtime/modules/camera/box_in_row.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 
@@ -38,11 +38,11 @@ class VisibleShare {
 
   /// Counts hidden and undecided pixels of the bodies in an image of the view, which has identities and
   /// depths. The searches have the terms `terms`.
-  void count(StepContext& context, const rtstdb::Terms& terms, const CameraView& view,
+  void count(WorldStep& context, const rtstdb::Terms& terms, const CameraView& view,
              const rtstdb::Image& image, std::span<CoveredBody> bodies) noexcept;
 
  private:
-  void search(StepContext& context, const rtstdb::Terms& terms, std::span<CoveredBody> bodies) noexcept;
+  void search(WorldStep& context, const rtstdb::Terms& terms, std::span<CoveredBody> bodies) noexcept;
 
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::RayQuery> rays_;

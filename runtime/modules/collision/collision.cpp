@@ -11,9 +11,10 @@
 #include <limits>
 #include <optional>
 
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/collision/touch_record.hpp"
 #include "runtime/modules/collision/touching_bodies.hpp"
-#include "runtime/modules/module.hpp"
 #include "runtime/modules/time_to_impact.hpp"
 
 namespace hil::modules {
@@ -26,7 +27,7 @@ bool before(const rtstdb::EntityId& a, const rtstdb::EntityId& b) noexcept {
   return a.index != b.index ? a.index < b.index : a.generation < b.generation;
 }
 
-class Collision final : public Module {
+class Collision final : public WorldModule {
  public:
   explicit Collision(const config::Value& parameters)
       : body_(parameters["body"].text()),
@@ -49,9 +50,10 @@ class Collision final : public Module {
                                 .initial = static_cast<double>(impact_window_.count()) * 1e-9});
   }
 
-  const Ports& ports() const noexcept override { return ports_; }
+  const WorldPorts& ports() const noexcept override { return ports_; }
 
-  void configure(World& world, EventLog& events, const TaskParameters& task) override {
+  void configure(World& world, const Setup& setup) override {
+    const TaskParameters& task = setup.task;
     const std::string caller = "module " + task.instance;
     instance_ = task.instance;
     entity_ = world.entity_of(body_, caller);
@@ -63,25 +65,25 @@ class Collision final : public Module {
                                                        .max_hits = max_hits,
                                                        .by_bodies = by_bodies_,
                                                        .impact_window = impact_window_});
-    if (!bodies) throw SetupError(caller, bodies.error());
+    if (!bodies) throw RefusedByDatabase(caller, bodies.error());
     bodies_ = std::move(bodies).value();
-    if (by_bodies_) record_ = std::make_unique<TouchRecord>(world, events, body_);
-    if (impact_window_.count() > 0) time_to_impact_.emplace(events, body_);
+    if (by_bodies_) record_ = std::make_unique<TouchRecord>(world, setup.events, body_);
+    if (impact_window_.count() > 0) time_to_impact_.emplace(setup.events, body_);
     transaction_ = database_->make_transaction({.max_queries = 2});
     touching_.reserve(max_hits);
     touched_.reserve(max_hits);
-    began_ = events.add_kind("COLLISION of " + body_ + " (bodies: {})", 0);
-    cut_ = events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
-                               std::to_string(max_hits) + " that are listed; 'total' is a lower bound",
-                           0);
-    lost_ =
-        events.add_kind("COLLISION of " + body_ + ": more bodies, or pieces of them, are near it than the " +
-                            std::to_string(max_part_pairs) +
-                            " pairs that are searched; 'hits' is not known, nor 'total' from now on",
-                        0);
+    began_ = setup.events.add_kind("COLLISION of " + body_ + " (bodies: {})", 0);
+    cut_ = setup.events.add_kind("COLLISION of " + body_ + ": {} bodies touch it at once, more than the " +
+                                     std::to_string(max_hits) + " that are listed; 'total' is a lower bound",
+                                 0);
+    lost_ = setup.events.add_kind(
+        "COLLISION of " + body_ + ": more bodies, or pieces of them, are near it than the " +
+            std::to_string(max_part_pairs) +
+            " pairs that are searched; 'hits' is not known, nor 'total' from now on",
+        0);
   }
 
-  void step(StepContext& context) noexcept override {
+  void step(WorldStep& context) noexcept override {
     transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
                          .deadline = context.deadline,
                          .importance = rtstdb::max_importance,
@@ -124,7 +126,7 @@ class Collision final : public Module {
     return !std::binary_search(touched_.begin(), touched_.end(), other, before);
   }
 
-  void record_new_touches(StepContext& context) noexcept {
+  void record_new_touches(WorldStep& context) noexcept {
     for (const rtstdb::EntityId& other : touching_) {
       if (!is_new(other)) continue;
       const rtstdb::ContactPair* pair = bodies_->pair_with(other);
@@ -134,7 +136,7 @@ class Collision final : public Module {
 
   /// Called when the touching bodies are not known. Contacts may begin unseen, so 'total' stays no number to
   /// the end of the run.
-  void lose_count(StepContext& context) noexcept {
+  void lose_count(WorldStep& context) noexcept {
     constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     if (!std::isnan(total_)) context.events->note(lost_, context.time_ns);
     total_ = unknown;
@@ -146,7 +148,7 @@ class Collision final : public Module {
   const bool by_bodies_;
   const rtstdb::Nanoseconds impact_window_;
   std::vector<std::string> layers_;
-  Ports ports_;
+  WorldPorts ports_;
   rtstdb::Database* database_ = nullptr;
   rtstdb::EntityId entity_;
   std::uint32_t mask_ = 0;
@@ -184,7 +186,7 @@ ModuleType collision_type() {
                               "without. Needs 'by: bodies'."),
       }),
       .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
-                   config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                   config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
         const config::Value& window = parameters["impact_window"];
         if (window.duration_ns() > 0 && parameters["by"].text() != "bodies") {
           diagnostics.add(window.place(), "'impact_window' needs 'by: bodies'");

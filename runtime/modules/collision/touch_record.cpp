@@ -9,17 +9,6 @@
 namespace hil::modules {
 namespace {
 
-std::vector<std::string> names_by_index(const World& world) {
-  contribution::WorldRecord record;
-  world.describe(record);
-  std::vector<std::string> names;
-  for (const auto& entity : record.entities) {
-    names.resize(std::max<std::size_t>(names.size(), entity.index + 1));
-    names[entity.index] = entity.name;
-  }
-  return names;
-}
-
 glm::dvec3 in_frame_of(const rtstdb::Pose& pose, const glm::dvec3& p_world_m) {
   return glm::conjugate(pose.q_world) * (p_world_m - pose.p_world_m);
 }
@@ -27,13 +16,13 @@ glm::dvec3 in_frame_of(const rtstdb::Pose& pose, const glm::dvec3& p_world_m) {
 }  // namespace
 
 TouchRecord::TouchRecord(World& world, EventLog& events, std::string body)
-    : database_(world.database()), body_(std::move(body)), names_(names_by_index(world)) {
+    : world_(world), database_(world.database()), body_(std::move(body)) {
   poses_ = database_.make_transaction({.max_reads = 2});
   touches_.reserve(max_touches);
   touches_at_ = events.add_kind(body_ + " is touched at a closing speed of {} m/s", 2);
 }
 
-void TouchRecord::note(StepContext& context, const rtstdb::ContactPair& pair) noexcept {
+void TouchRecord::note(WorldStep& context, const rtstdb::ContactPair& pair) noexcept {
   if (pair.point_count == 0) return;
   const rtstdb::ContactPoint& point = pair.points[0];
   const double speed_mps = -glm::dot(glm::dvec3(point.v_relative_mps), glm::dvec3(point.n_world));
@@ -58,7 +47,7 @@ void TouchRecord::note(StepContext& context, const rtstdb::ContactPair& pair) no
   const rtstdb::Pose second = rtstdb::pose_at(poses_->state(1)->row.motion, context.world_time());
   const glm::dvec3 place_m = first.p_world_m + glm::dvec3(point.p_first_m);
   touches_.push_back({.time_ns = context.time_ns,
-                      .entity = pair.second.index,
+                      .entity = pair.second,
                       .place_m = place_m,
                       .on_body_m = in_frame_of(first, place_m),
                       .on_other_m = in_frame_of(second, place_m),
@@ -79,9 +68,8 @@ void TouchRecord::add_to(contribution::Contribution& report, const std::string& 
   table.columns.push_back(number("Closing speed", "m/s", 2));
   table.columns.push_back(number("Depth", "mm", 1));
   for (const Touch& touch : touches_) {
-    std::vector<contribution::Cell> row{
-        {.text = touch.entity < names_.size() ? names_[touch.entity] : std::string()},
-        {.number = static_cast<double>(touch.time_ns) * 1e-9}};
+    std::vector<contribution::Cell> row{{.text = world_.name_of(touch.entity)},
+                                        {.number = static_cast<double>(touch.time_ns) * 1e-9}};
     for (const glm::dvec3& place : {touch.place_m, touch.on_body_m, touch.on_other_m}) {
       for (int axis = 0; axis < 3; ++axis)
         row.push_back({.number = place[axis]});

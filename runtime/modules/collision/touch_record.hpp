@@ -11,9 +11,8 @@
 #include <string>
 #include <vector>
 
+#include <hil/world/world_module.hpp>
 #include <rtstdb/contact.hpp>
-
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 
@@ -22,28 +21,28 @@ class TouchRecord {
   /// Touches that the table lists; the section gives the number of further ones.
   static constexpr std::size_t max_touches = 256;
 
-  /// `body`: the first entity of the pairs. Entities that are created later have no name in the table.
+  /// `body`: the first entity of the pairs. `world` outlives it.
   TouchRecord(World& world, EventLog& events, std::string body);
 
   /// Records a touch that begins at the step's time, with the pair's deepest point. Does nothing for a pair
   /// without points. A touch whose poses can not be read is not listed.
-  void note(StepContext& context, const rtstdb::ContactPair& pair) noexcept;
+  void note(WorldStep& context, const rtstdb::ContactPair& pair) noexcept;
   /// Adds a section if there was a touch.
   void add_to(contribution::Contribution& report, const std::string& instance) const;
 
  private:
   struct Touch {
     std::int64_t time_ns = 0;
-    std::uint32_t entity = 0;                    ///< index of the other body
+    rtstdb::EntityId entity{};                   ///< the other body
     glm::dvec3 place_m{0.0};                     ///< world frame
     glm::dvec3 on_body_m{0.0}, on_other_m{0.0};  ///< in the frames of the bodies
     double closing_speed_mps = 0.0;
     double depth_m = 0.0;
   };
 
+  const World& world_;
   rtstdb::Database& database_;
   const std::string body_;
-  std::vector<std::string> names_;  ///< by entity index
   std::unique_ptr<rtstdb::Transaction> poses_;
   std::vector<Touch> touches_;
   std::uint64_t not_listed_ = 0;

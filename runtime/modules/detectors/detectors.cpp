@@ -6,10 +6,9 @@
 
 #include <cmath>
 
+#include <hil/world/vector_parameter.hpp>
+#include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
-
-#include "runtime/modules/module.hpp"
-#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {
@@ -23,7 +22,7 @@ struct Loop {
   double heading_rad = 0.0;
 };
 
-class Detectors final : public Module {
+class Detectors final : public WorldModule {
  public:
   explicit Detectors(const config::Value& parameters) {
     for (const config::Value& layer : parameters["layers"].items()) {
@@ -38,16 +37,17 @@ class Detectors final : public Module {
     }
   }
 
-  const Ports& ports() const noexcept override { return ports_; }
+  const WorldPorts& ports() const noexcept override { return ports_; }
 
-  void configure(World& world, EventLog& /*events*/, const TaskParameters& task) override {
+  void configure(World& world, const Setup& setup) override {
+    const TaskParameters& task = setup.task;
     database_ = &world.database();
     const std::uint32_t mask = world.mask_of(layers_, "module " + task.instance);
     auto query =
         database_->prepare(rtstdb::RegionQueryOptions{.name = task.instance,
                                                       .capacity = static_cast<std::uint32_t>(loops_.size()),
                                                       .ids_per_region = max_bodies});
-    if (!query) throw SetupError("module " + task.instance, query.error());
+    if (!query) throw RefusedByDatabase("module " + task.instance, query.error());
     query_ = std::move(query).value();
     for (std::size_t i = 0; i < loops_.size(); ++i) {
       rtstdb::Region& region = query_->regions()[i];
@@ -61,7 +61,7 @@ class Detectors final : public Module {
     transaction_ = database_->make_transaction({.max_queries = 1});
   }
 
-  void step(StepContext& context) noexcept override {
+  void step(WorldStep& context) noexcept override {
     for (rtstdb::Region& region : query_->regions())
       region.t = context.world_time();
     transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
@@ -95,7 +95,7 @@ class Detectors final : public Module {
  private:
   std::vector<Loop> loops_;
   std::vector<std::string> layers_;
-  Ports ports_;
+  WorldPorts ports_;
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::RegionQuery> query_;
   std::unique_ptr<rtstdb::Transaction> transaction_;
@@ -123,7 +123,7 @@ ModuleType detectors_type() {
               Field::needed("loops", Schema::map(loop), "The loops by name, at least one."),
           }),
           .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
-                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             const std::size_t loops = parameters["loops"].entries().size();
             if (loops == 0 || loops > rtstdb::max_regions_per_query) {
               diagnostics.add(parameters["loops"].place(),

@@ -20,11 +20,12 @@
 #include <string>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/docking_port/port_contact.hpp"
 #include "runtime/modules/docking_port/port_geometry.hpp"
 #include "runtime/modules/docking_port/port_parameter.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -63,19 +64,19 @@ void check_capture(const config::Value& capture, const TaskParameters& task,
                                        " mm to either side: use a faster task or a larger distance");
 }
 
-class DockingPort final : public Module {
+class DockingPort final : public WorldModule {
  public:
   DockingPort(const config::Value& parameters, PortedBody target, PortedBody chaser);
 
-  const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskParameters& task) override;
-  void step(StepContext& context) noexcept override;
+  const WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(World& world, const Setup& setup) override;
+  void step(WorldStep& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
  private:
-  void judge(const RelativePort& measured, StepContext& context) noexcept;
+  void judge(const RelativePort& measured, WorldStep& context) noexcept;
   /// Whether the port may capture in this step: without a ring always, else where a touch begins.
-  bool may_capture(const RelativePort& measured, StepContext& context) noexcept;
+  bool may_capture(const RelativePort& measured, WorldStep& context) noexcept;
   /// What the limits apply to: with a ring the closing speed is that of the last touch.
   RelativePort at_touch(RelativePort port) const noexcept;
 
@@ -83,7 +84,7 @@ class DockingPort final : public Module {
   std::string ring_;  ///< a body; empty: the port has none
   std::unique_ptr<PortContact> contact_;
   CaptureLimits limits_;
-  Ports ports_;
+  WorldPorts ports_;
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   RelativePort at_capture_;
@@ -127,7 +128,8 @@ DockingPort::DockingPort(const config::Value& parameters, PortedBody target, Por
       {.name = "undecided", .unit = "", .about = "Steps so far in which a touch could not be decided"});
 }
 
-void DockingPort::configure(World& world, EventLog& events, const TaskParameters& task) {
+void DockingPort::configure(World& world, const Setup& setup) {
+  const TaskParameters& task = setup.task;
   const std::string caller = "module " + task.instance;
   target_.entity = world.entity_of(target_.name, caller);
   chaser_.entity = world.entity_of(chaser_.name, caller);
@@ -136,16 +138,16 @@ void DockingPort::configure(World& world, EventLog& events, const TaskParameters
   if (!ring_.empty()) {
     auto contact =
         PortContact::prepare(*database_, task.instance, chaser_.entity, world.entity_of(ring_, caller));
-    if (!contact) throw SetupError(caller, contact.error());
+    if (!contact) throw RefusedByDatabase(caller, contact.error());
     contact_ = std::move(contact).value();
   }
-  captures_ = events.add_kind(chaser_.name + " is captured at {} m/s", 3);
-  misses_ = events.add_kind(chaser_.name + " misses the port by {} m", 3);
-  uncaptured_touches_ = events.add_kind(
+  captures_ = setup.events.add_kind(chaser_.name + " is captured at {} m/s", 3);
+  misses_ = setup.events.add_kind(chaser_.name + " misses the port by {} m", 3);
+  uncaptured_touches_ = setup.events.add_kind(
       chaser_.name + " touches " + ring_ + " at {} m/s and is not captured: it is not within the limits", 3);
 }
 
-void DockingPort::step(StepContext& context) noexcept {
+void DockingPort::step(WorldStep& context) noexcept {
   transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
                        .deadline = context.deadline,
                        .importance = rtstdb::max_importance,
@@ -178,7 +180,7 @@ void DockingPort::step(StepContext& context) noexcept {
   std::copy(contact.begin(), contact.end(), context.outputs.begin() + values.size());
 }
 
-bool DockingPort::may_capture(const RelativePort& measured, StepContext& context) noexcept {
+bool DockingPort::may_capture(const RelativePort& measured, WorldStep& context) noexcept {
   if (!contact_) return true;
   if (!contact_->take(measured.closing_speed_mps)) return false;
   if (docked_ != 0.0 || limits_.permit(at_touch(measured))) return true;
@@ -191,7 +193,7 @@ RelativePort DockingPort::at_touch(RelativePort port) const noexcept {
   return port;
 }
 
-void DockingPort::judge(const RelativePort& measured, StepContext& context) noexcept {
+void DockingPort::judge(const RelativePort& measured, WorldStep& context) noexcept {
   const bool is_capturing = may_capture(measured, context);
   if (docked_ != 0.0 || missed_ != 0.0) return;
   const RelativePort port = at_touch(measured);
@@ -273,7 +275,7 @@ ModuleType docking_port_type() {
           .about = "The docking port of a body: where another body's port is, and whether it is captured.",
           .parameters = docking_port_schema(),
           .create = [](const config::Value& parameters, const TaskParameters& task,
-                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             const config::Value& target = parameters["target"];
             const config::Value& chaser = parameters["chaser"];
             const auto target_port = read_port(target, diagnostics);

@@ -7,10 +7,11 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+#include <hil/world/vector_parameter.hpp>
+
 #include "runtime/modules/docking_port/port_geometry.hpp"
-#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 

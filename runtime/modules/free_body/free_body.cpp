@@ -20,12 +20,12 @@
 #include <array>
 #include <cmath>
 
+#include <hil/numbers.hpp>
+#include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/config/numbers.hpp"
 #include "runtime/modules/free_body/body_row.hpp"
 #include "runtime/modules/free_body/rigid_body.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 namespace {
@@ -46,28 +46,28 @@ struct FreeBodyOptions {
   RowError permitted;
 };
 
-class FreeBody final : public Module {
+class FreeBody final : public WorldModule {
  public:
   FreeBody(FreeBodyOptions options, const config::Place& body_place);
 
-  const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskParameters& task) override;
-  void step(StepContext& context) noexcept override;
+  const WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(World& world, const Setup& setup) override;
+  void step(WorldStep& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
  private:
   RigidBodyState integrated(RigidBodyState state, std::int64_t duration_ns) const noexcept;
-  void take_inputs(StepContext& context) noexcept;
+  void take_inputs(WorldStep& context) noexcept;
   /// The largest share that a coordinate, the speed or the rate has of what the database permits.
   double used_of_limits(const RigidBodyState& state) const noexcept;
-  void write_row(StepContext& context) noexcept;
-  void write_resting_row(StepContext& context) noexcept;
-  bool write(StepContext& context, const rtstdb::Motion& motion) noexcept;
-  void write_outputs(StepContext& context) noexcept;
+  void write_row(WorldStep& context) noexcept;
+  void write_resting_row(WorldStep& context) noexcept;
+  bool write(WorldStep& context, const rtstdb::Motion& motion) noexcept;
+  void write_outputs(WorldStep& context) noexcept;
 
   const FreeBodyOptions options_;
   const RigidBody rigid_body_;
-  Ports ports_;
+  WorldPorts ports_;
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   rtstdb::Reservation* reservation_ = nullptr;  ///< of the world; null: refused
@@ -136,7 +136,8 @@ FreeBody::FreeBody(FreeBodyOptions options, const config::Place& body_place)
   ports_.moves.push_back({options_.body, body_place});
 }
 
-void FreeBody::configure(World& world, EventLog& events, const TaskParameters& task) {
+void FreeBody::configure(World& world, const Setup& setup) {
+  const TaskParameters& task = setup.task;
   instance_ = task.instance;
   const std::string caller = "module " + task.instance;
   entity_ = world.entity_of(options_.body, caller);
@@ -158,15 +159,16 @@ void FreeBody::configure(World& world, EventLog& events, const TaskParameters& t
                                 .period = rtstdb::Nanoseconds(task.period_ns),
                                 .deadline = deadline,
                                 .budget = std::min(rtstdb::Nanoseconds{100'000}, deadline)});
-  stops_ = events.add_kind(options_.body + " stops and rests from now on: it would have reached {} times " +
-                               config::format_number(rtstdb::max_coordinate_m) + " m, " +
-                               config::format_number(rtstdb::max_speed_mps) + " m/s or " +
-                               config::format_number(rtstdb::max_angular_rate_radps) +
-                               " rad/s, the largest values",
-                           3);
-  held_ = events.add_kind(options_.body + " is held");
-  released_ = events.add_kind(options_.body + " is released");
-  coarse_ = events.add_kind("the motion of " + options_.body +
+  stops_ = setup.events.add_kind(
+      options_.body + " stops and rests from now on: it would have reached {} times " +
+          config::format_number(rtstdb::max_coordinate_m) + " m, " +
+          config::format_number(rtstdb::max_speed_mps) + " m/s or " +
+          config::format_number(rtstdb::max_angular_rate_radps) + " rad/s, the largest values",
+      3);
+  held_ = setup.events.add_kind(options_.body + " is held");
+  released_ = setup.events.add_kind(options_.body + " is released");
+  coarse_ =
+      setup.events.add_kind("the motion of " + options_.body +
                             " changes faster than a row per step can follow; use a faster task or larger "
                             "permitted errors");
 }
@@ -181,7 +183,7 @@ RigidBodyState FreeBody::integrated(RigidBodyState state, std::int64_t duration_
   return state;
 }
 
-void FreeBody::take_inputs(StepContext& context) noexcept {
+void FreeBody::take_inputs(WorldStep& context) noexcept {
   const auto value = [&](Input input) {
     const signals::SignalValue& signal = context.inputs[input];
     return signal.fresh && std::isfinite(signal.value) ? signal.value : 0.0;
@@ -208,7 +210,7 @@ double FreeBody::used_of_limits(const RigidBodyState& state) const noexcept {
                    length(rigid_body_.w_world_radps(state)) / rtstdb::max_angular_rate_radps});
 }
 
-void FreeBody::step(StepContext& context) noexcept {
+void FreeBody::step(WorldStep& context) noexcept {
   ++steps_;
   if (!has_stopped_) {
     const RigidBodyState now = integrated(state_, context.time_ns - state_ns_);
@@ -227,7 +229,7 @@ void FreeBody::step(StepContext& context) noexcept {
   write_outputs(context);
 }
 
-void FreeBody::write_row(StepContext& context) noexcept {
+void FreeBody::write_row(WorldStep& context) noexcept {
   const BodyStep step{.begin = state_,
                       .end = integrated(state_, context.period_ns),
                       .begin_time = context.world_time(),
@@ -245,7 +247,7 @@ void FreeBody::write_row(StepContext& context) noexcept {
   context.events->note(coarse_, context.time_ns);
 }
 
-void FreeBody::write_resting_row(StepContext& context) noexcept {
+void FreeBody::write_resting_row(WorldStep& context) noexcept {
   rests_ = write(context, {.p_world_m = state_.p_world_m,
                            .q_world = state_.q_world,
                            .v_world_mps = glm::dvec3(0.0),
@@ -253,7 +255,7 @@ void FreeBody::write_resting_row(StepContext& context) noexcept {
                            .valid_from = context.world_time()});
 }
 
-bool FreeBody::write(StepContext& context, const rtstdb::Motion& motion) noexcept {
+bool FreeBody::write(WorldStep& context, const rtstdb::Motion& motion) noexcept {
   transaction_->begin({.deadline_class = rtstdb::DeadlineClass::hard,
                        .deadline = context.deadline,
                        .importance = rtstdb::max_importance,
@@ -266,7 +268,7 @@ bool FreeBody::write(StepContext& context, const rtstdb::Motion& motion) noexcep
   return done;
 }
 
-void FreeBody::write_outputs(StepContext& context) noexcept {
+void FreeBody::write_outputs(WorldStep& context) noexcept {
   const glm::dvec3& p = state_.p_world_m;
   const glm::dvec3& v = state_.v_world_mps;
   const glm::dquat& q = state_.q_world;
@@ -329,8 +331,8 @@ glm::dmat3 tensor_of(const config::Value& list) {
   return {glm::dvec3(xx, xy, xz), glm::dvec3(xy, yy, yz), glm::dvec3(xz, yz, zz)};
 }
 
-std::unique_ptr<Module> create_free_body(const config::Value& parameters, const TaskParameters& /*task*/,
-                                         config::Diagnostics& diagnostics) {
+std::unique_ptr<AnyModule> create_free_body(const config::Value& parameters, const TaskParameters& /*task*/,
+                                            config::Diagnostics& diagnostics) {
   const config::Value& inertia = parameters["inertia"];
   const std::size_t given = inertia.items().size();
   if (given != 3 && given != 6) {

@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 
-#include "runtime/config/numbers.hpp"
-#include "runtime/config/require.hpp"
+#include <hil/numbers.hpp>
+#include <hil/require.hpp>
 
 namespace hil::modules {
 namespace {

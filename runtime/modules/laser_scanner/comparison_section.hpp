@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/contribution/contribution.hpp"
+#include <hil/contribution.hpp>
+
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
 
 namespace hil::modules {

@@ -10,6 +10,9 @@
 #include <bit>
 #include <cmath>
 
+#include <hil/noise_seed.hpp>
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/answer_digest.hpp"
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
@@ -25,32 +28,30 @@
 #include "runtime/modules/laser_scanner/sweep_comparison.hpp"
 #include "runtime/modules/laser_scanner/sweep_view.hpp"
 #include "runtime/modules/laser_scanner/target_list.hpp"
-#include "runtime/modules/module.hpp"
-#include "runtime/modules/noise_seed.hpp"
 
 namespace hil::modules {
 namespace {
 
-class LaserScanner final : public Module {
+class LaserScanner final : public WorldModule {
  public:
   explicit LaserScanner(const config::Value& parameters);
 
-  const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskParameters& task) override;
+  const WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(World& world, const Setup& setup) override;
   void describe(std::vector<contribution::ModuleRecord>& records) const override;
-  void step(StepContext& context) noexcept override;
+  void step(WorldStep& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
  private:
   void fill_beams() noexcept;
-  void begin_sweep(const StepContext& context) noexcept;
-  void take_returns(StepContext& context, const rtstdb::Motion& carrier) noexcept;
+  void begin_sweep(const WorldStep& context) noexcept;
+  void take_returns(WorldStep& context, const rtstdb::Motion& carrier) noexcept;
   bool take_returns_of(std::uint64_t beam, const rtstdb::Motion& carrier) noexcept;
   void take_detection(const BeamReturn& beam_return, const Detection& detection, std::uint64_t beam,
                       std::uint32_t ordinal, const rtstdb::Pose& pose) noexcept;
   void compare_still_hits() noexcept;
-  void write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept;
-  void write_targets(StepContext& context) noexcept;
+  void write_outputs(WorldStep& context, const rtstdb::Motion& carrier) noexcept;
+  void write_targets(WorldStep& context) noexcept;
 
   const ScannerOptions options_;
   ScanPattern pattern_;
@@ -60,7 +61,7 @@ class LaserScanner final : public Module {
   ReturnStatistics statistics_;
   SweepView view_;
   SweepCloud cloud_;
-  Ports ports_;
+  WorldPorts ports_;
 
   const World* world_ = nullptr;
   rtstdb::Database* database_ = nullptr;
@@ -90,7 +91,8 @@ LaserScanner::LaserScanner(const config::Value& parameters)
       ports_(scanner_ports(parameters, options_)),
       clock_(pattern_) {}
 
-void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
+void LaserScanner::configure(World& world, const Setup& setup) {
+  const TaskParameters& task = setup.task;
   instance_ = task.instance;
   step_ns_ = task.period_ns;
   clock_.set_first_release(task.offset_ns);
@@ -121,7 +123,7 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParam
                                                .returns_per_beam = options_.returns_per_beam,
                                                .mode = options_.mode,
                                                .ignore_motion = options_.ignore_motion});
-  if (!beams) throw SetupError(caller, beams.error());
+  if (!beams) throw RefusedByDatabase(caller, beams.error());
   beams_ = std::move(beams).value();
   const auto reads = static_cast<std::uint32_t>(1 + compared.size());
   transaction_ = database_->make_transaction({.max_queries = 1, .max_reads = reads});
@@ -130,13 +132,13 @@ void LaserScanner::configure(World& world, EventLog& /*events*/, const TaskParam
                                                             .capacity = capacity,
                                                             .mode = rtstdb::RayMode::closest,
                                                             .ignore_motion = true});
-    if (!still) throw SetupError(caller, still.error());
+    if (!still) throw RefusedByDatabase(caller, still.error());
     still_ = std::move(still).value();
     still_transaction_ = database_->make_transaction({.max_queries = 1});
     comparison_.emplace(pattern_, std::move(compared));
   }
-  if (options_.cloud_sweeps > 0 && world.point_clouds() != nullptr)
-    cloud_.open(world.point_clouds()->open(task.instance, pattern_.beams() * beams_->returns_per_beam()),
+  if (options_.cloud_sweeps > 0)
+    cloud_.open(setup.files, task.instance, pattern_.beams() * beams_->returns_per_beam(),
                 options_.cloud_sweeps);
 }
 
@@ -157,12 +159,12 @@ void LaserScanner::fill_beams() noexcept {
 }
 
 /// At the first slice of a sweep that has answers.
-void LaserScanner::begin_sweep(const StepContext& context) noexcept {
+void LaserScanner::begin_sweep(const WorldStep& context) noexcept {
   view_.begin_sweep();
   targets_.clear();
   rtstdb::Pose sensor_pose = rtstdb::pose_at(last_carrier_, rtstdb::world_time_ns(clock_.sweep_begin_ns()));
   sensor_pose.p_world_m += sensor_pose.q_world * options_.mount_m;
-  cloud_.begin_sweep(clock_.sweep_number(), sensor_pose);
+  cloud_.begin_sweep(clock_.sweep_number(), sensor_pose, clock_.sweep_begin_ns());
   if (!comparison_) return;
   const auto motion_at_begin = [&](const rtstdb::EntityState& state) {
     return rtstdb::rebased(state.row.motion, context.world_time());
@@ -185,7 +187,7 @@ void LaserScanner::begin_sweep(const StepContext& context) noexcept {
                            compared_motion_);
 }
 
-void LaserScanner::take_returns(StepContext& context, const rtstdb::Motion& carrier) noexcept {
+void LaserScanner::take_returns(WorldStep& context, const rtstdb::Motion& carrier) noexcept {
   double detected_beams = 0.0;
   for (std::uint64_t beam = clock_.first_beam(); beam < clock_.end_beam(); ++beam)
     detected_beams += take_returns_of(beam, carrier) ? 1.0 : 0.0;
@@ -277,7 +279,7 @@ void LaserScanner::compare_still_hits() noexcept {
   }
 }
 
-void LaserScanner::step(StepContext& context) noexcept {
+void LaserScanner::step(WorldStep& context) noexcept {
   if (clock_.advance(context.time_ns, context.period_ns)) sweep_version_ = context.version;
   fill_beams();
   rtstdb::Terms terms{
@@ -324,7 +326,7 @@ void LaserScanner::step(StepContext& context) noexcept {
   write_outputs(context, last_carrier_);
 }
 
-void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& carrier) noexcept {
+void LaserScanner::write_outputs(WorldStep& context, const rtstdb::Motion& carrier) noexcept {
   // The outputs become visible at the deadline, so the age counts until then.
   const std::int64_t seen_ns = context.time_ns + context.period_ns;
   double count = 0.0;
@@ -352,7 +354,7 @@ void LaserScanner::write_outputs(StepContext& context, const rtstdb::Motion& car
   context.outputs[outputs.digest()] = digest_.number();
 }
 
-void LaserScanner::write_targets(StepContext& context) noexcept {
+void LaserScanner::write_targets(WorldStep& context) noexcept {
   if (options_.targets == 0) return;
   const ScannerOutputs outputs(options_);
   context.outputs[outputs.target_count()] = static_cast<double>(targets_.found());
@@ -425,7 +427,7 @@ ModuleType laser_scanner_type() {
           .about = "A laser scanner with one turning beam, carried by a body.",
           .parameters = scanner_schema(),
           .create = [](const config::Value& values, const TaskParameters& task,
-                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             const std::size_t mistakes = diagnostics.count();
             check_scanner_options(values, diagnostics);
             if (diagnostics.count() > mistakes) return nullptr;

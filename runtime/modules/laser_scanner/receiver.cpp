@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/modules/splitmix64.hpp"
+#include <hil/splitmix64.hpp>
 
 namespace hil::modules {
 namespace {

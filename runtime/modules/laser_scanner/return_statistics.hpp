@@ -11,9 +11,9 @@
 #include <optional>
 #include <string>
 
+#include <hil/contribution.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/contribution/contribution.hpp"
 #include "runtime/modules/beam_return.hpp"
 
 namespace hil::modules {

@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include <hil/numbers.hpp>
+#include <hil/world/vector_parameter.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/config/numbers.hpp"
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/target_list.hpp"
-#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {

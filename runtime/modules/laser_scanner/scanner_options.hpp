@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
 #include <rtstdb/query.hpp>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
 
 namespace hil::modules {

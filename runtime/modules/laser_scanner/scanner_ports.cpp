@@ -25,8 +25,8 @@ void add_target(std::vector<Port>& outputs, const std::string& target) {
 
 }  // namespace
 
-Ports scanner_ports(const config::Value& parameters, const ScannerOptions& options) {
-  Ports ports;
+WorldPorts scanner_ports(const config::Value& parameters, const ScannerOptions& options) {
+  WorldPorts ports;
   const auto note = [&](const char* key, std::vector<config::Word>& words) {
     for (const config::Value& item : parameters[key].items())
       words.push_back({item.text(), item.place()});

@@ -17,12 +17,13 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
-#include "runtime/modules/module.hpp"
 
 namespace hil::modules {
 
-Ports scanner_ports(const config::Value& parameters, const ScannerOptions& options);
+WorldPorts scanner_ports(const config::Value& parameters, const ScannerOptions& options);
 
 /// Indices in Ports::outputs.
 class ScannerOutputs {

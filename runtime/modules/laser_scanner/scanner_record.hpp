@@ -8,9 +8,10 @@
 #include <cstdint>
 #include <string>
 
+#include <hil/record.hpp>
+
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
-#include "runtime/modules/record_properties.hpp"
 
 namespace hil::modules {
 

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
+#include <hil/map.hpp>
 #include <rtstdb/query.hpp>
 
-#include "runtime/contribution/map.hpp"
 #include "runtime/modules/laser_scanner/apparent_length.hpp"
 
 namespace hil::modules {

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include <hil/contribution.hpp>
 #include <rtstdb/entity.hpp>
 
-#include "runtime/contribution/contribution.hpp"
 #include "runtime/modules/laser_scanner/scan_pattern.hpp"
 
 namespace hil::modules {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/config/require.hpp"
+#include <hil/require.hpp>
 
 namespace hil::modules {
 

@@ -17,12 +17,12 @@
 #include <cmath>
 #include <optional>
 
+#include <hil/noise_seed.hpp>
+#include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
 #include "runtime/modules/beam_query.hpp"
 #include "runtime/modules/laser_scanner/receiver.hpp"
-#include "runtime/modules/module.hpp"
-#include "runtime/modules/noise_seed.hpp"
 #include "runtime/modules/pixel_study/study_images.hpp"
 #include "runtime/modules/pixel_study/study_result.hpp"
 #include "runtime/modules/pixel_study/study_work.hpp"
@@ -44,13 +44,13 @@ void check_batch(const StudyOptions& options, const config::Place& place, config
   }
 }
 
-class PixelStudy final : public Module {
+class PixelStudy final : public WorldModule {
  public:
   PixelStudy(const config::Value& parameters, StudyOptions options);
 
-  const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskParameters& task) override;
-  void step(StepContext& context) noexcept override;
+  const WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(World& world, const Setup& setup) override;
+  void step(WorldStep& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
  private:
@@ -59,13 +59,13 @@ class PixelStudy final : public Module {
   void fill(BeamQuery& query, std::uint32_t count, rtstdb::WorldTime t) noexcept;
   void take(BeamQuery& query, std::uint32_t count) noexcept;
   void end_item() noexcept;
-  void write_outputs(StepContext& context) const noexcept;
+  void write_outputs(WorldStep& context) const noexcept;
 
   const StudyOptions options_;
   const PixelGrid grid_;
   StudyResult result_;
   std::optional<StudyImages> images_;  // from configure on, if the run writes images
-  Ports ports_;
+  WorldPorts ports_;
   std::string instance_;
 
   rtstdb::Database* database_ = nullptr;
@@ -128,7 +128,8 @@ StudyScene PixelStudy::scene_of(World& world, const std::string& caller) {
           .reflector_m = pose_of(1).p_world_m};
 }
 
-void PixelStudy::configure(World& world, EventLog& /*events*/, const TaskParameters& task) {
+void PixelStudy::configure(World& world, const Setup& setup) {
+  const TaskParameters& task = setup.task;
   instance_ = task.instance;
   const std::string caller = "module " + task.instance;
   database_ = &world.database();
@@ -145,7 +146,7 @@ void PixelStudy::configure(World& world, EventLog& /*events*/, const TaskParamet
                                                  .divergence_rad = method.beam_rad,
                                                  .returns_per_beam = method.is_beam() ? returns_per_beam : 1,
                                                  .mode = options_.mode});
-    if (!query) throw SetupError(caller, query.error());
+    if (!query) throw RefusedByDatabase(caller, query.error());
     return std::move(query).value();
   };
   for (const PixelMethod& method : options_.methods) {
@@ -224,7 +225,7 @@ void PixelStudy::end_item() noexcept {
   work_->next_item();
 }
 
-void PixelStudy::step(StepContext& context) noexcept {
+void PixelStudy::step(WorldStep& context) noexcept {
   if (!work_->is_over()) {
     const auto count = static_cast<std::uint32_t>(
         std::min<std::uint64_t>(options_.batch, work_->elements() - next_element_));
@@ -252,7 +253,7 @@ void PixelStudy::step(StepContext& context) noexcept {
   write_outputs(context);
 }
 
-void PixelStudy::write_outputs(StepContext& context) const noexcept {
+void PixelStudy::write_outputs(WorldStep& context) const noexcept {
   const std::array values{static_cast<double>(work_->items_done()) / static_cast<double>(work_->items()),
                           work_->is_over() ? 1.0 : 0.0, static_cast<double>(result_.missed_by_tiling_beams()),
                           static_cast<double>(result_.detected_by_rays_beyond(beyond_equation_2)),
@@ -277,7 +278,7 @@ ModuleType pixel_study_type() {
           .about = "From which distances rays and beams in pixels detect a retro-reflector.",
           .parameters = study_schema(),
           .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
-                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             auto options = read_study_options(parameters, diagnostics);
             if (!options) return nullptr;
             check_batch(*options, parameters["batch"].place(), diagnostics);

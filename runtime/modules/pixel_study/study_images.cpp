@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
 
 namespace hil::modules {
 namespace {

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/contribution/contribution.hpp"
+#include <hil/contribution.hpp>
+
 #include "runtime/modules/pixel_study/study_options.hpp"
 
 namespace hil::modules {

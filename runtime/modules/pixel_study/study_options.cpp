@@ -4,7 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
+
 #include "runtime/modules/docking_port/port_parameter.hpp"
 
 namespace hil::modules {

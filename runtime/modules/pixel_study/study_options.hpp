@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include <hil/schema.hpp>
 #include <rtstdb/query.hpp>
 
-#include "runtime/config/schema.hpp"
 #include "runtime/modules/docking_port/port_geometry.hpp"
 
 namespace hil::modules {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
 
 namespace hil::modules {
 namespace {

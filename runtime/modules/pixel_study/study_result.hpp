@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/contribution/section.hpp"
+#include <hil/section.hpp>
+
 #include "runtime/modules/pixel_study/pixel_grid.hpp"
 #include "runtime/modules/pixel_study/study_options.hpp"
 

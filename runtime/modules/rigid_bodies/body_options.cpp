@@ -2,10 +2,9 @@
 
 #include <algorithm>
 
+#include <hil/numbers.hpp>
+#include <hil/world/vector_parameter.hpp>
 #include <rtstdb/limits.hpp>
-
-#include "runtime/config/numbers.hpp"
-#include "runtime/modules/vector_parameter.hpp"
 
 namespace hil::modules {
 namespace {

@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/diagnostics.hpp"
-#include "runtime/config/schema.hpp"
+#include <hil/diagnostics.hpp>
+#include <hil/schema.hpp>
+
 #include "runtime/modules/free_body/body_row.hpp"
 #include "runtime/modules/free_body/rigid_body.hpp"
 #include "runtime/modules/rigid_bodies/contact_law.hpp"

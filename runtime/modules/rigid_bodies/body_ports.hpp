@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/modules/module.hpp"
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/rigid_bodies/body_set.hpp"
 
 namespace hil::modules {

@@ -29,7 +29,7 @@ void BodyWriter::begin_step(const BodySet& bodies) noexcept {
     begin_[i] = bodies.bodies()[i].state;
 }
 
-void BodyWriter::write_step(StepContext& context, const BodySet& bodies,
+void BodyWriter::write_step(WorldStep& context, const BodySet& bodies,
                             std::span<const char> is_near) noexcept {
   const auto permits = [&](const RowError& error) {
     return error.position_m <= permitted_.position_m && error.angle_rad <= permitted_.angle_rad;
@@ -50,7 +50,7 @@ void BodyWriter::write_step(StepContext& context, const BodySet& bodies,
   write_pending(context);
 }
 
-void BodyWriter::write_states(StepContext& context, const BodySet& bodies) noexcept {
+void BodyWriter::write_states(WorldStep& context, const BodySet& bodies) noexcept {
   pending_.clear();
   for (std::size_t i = 0; i < begin_.size(); ++i) {
     const BodySet::Body& body = bodies.bodies()[i];
@@ -65,7 +65,7 @@ void BodyWriter::write_states(StepContext& context, const BodySet& bodies) noexc
   write_pending(context);
 }
 
-void BodyWriter::write_pending(StepContext& context) noexcept {
+void BodyWriter::write_pending(WorldStep& context) noexcept {
   if (pending_.empty()) return;
   transaction_->begin({.deadline_class = rtstdb::DeadlineClass::hard,
                        .deadline = context.deadline,

@@ -10,7 +10,8 @@
 #include <span>
 #include <vector>
 
-#include "runtime/modules/module.hpp"
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/rigid_bodies/body_set.hpp"
 
 namespace hil::modules {
@@ -24,10 +25,10 @@ class BodyWriter {
   /// Keeps the states at the begin of the coming step.
   void begin_step(const BodySet& bodies) noexcept;
   /// Writes rows for the step from begin_step's states to those of `bodies`. `is_near`: by body.
-  void write_step(StepContext& context, const BodySet& bodies, std::span<const char> is_near) noexcept;
+  void write_step(WorldStep& context, const BodySet& bodies, std::span<const char> is_near) noexcept;
   /// Writes rows with the states and velocities of the bodies at the step's time: after skipped releases the
   /// rows are those of an earlier step.
-  void write_states(StepContext& context, const BodySet& bodies) noexcept;
+  void write_states(WorldStep& context, const BodySet& bodies) noexcept;
 
   const RigidBodyState& state_at_begin(std::size_t body) const noexcept { return begin_[body]; }
 
@@ -41,7 +42,7 @@ class BodyWriter {
     std::size_t body = 0;
     rtstdb::Motion row{};
   };
-  void write_pending(StepContext& context) noexcept;
+  void write_pending(WorldStep& context) noexcept;
 
   rtstdb::Database& database_;
   const std::vector<rtstdb::EntityId> entities_;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
 
 namespace hil::modules {
 namespace {
@@ -64,7 +64,7 @@ ContactWatch::ContactWatch(World& world, EventLog& events, const std::string& ca
       .capacity = 1,
       .pairs_per_search = options.max_pairs,
       .max_candidates = std::min(candidates_per_pair * options.max_pairs, rtstdb::max_contact_candidates)});
-  if (!query) throw SetupError(caller, query.error());
+  if (!query) throw RefusedByDatabase(caller, query.error());
   query_ = std::move(query).value();
   transaction_ =
       database_.make_transaction({.max_queries = 1, .max_reads = static_cast<std::uint32_t>(fixed_.size())});
@@ -115,7 +115,7 @@ std::uint32_t ContactWatch::body_of(rtstdb::EntityId entity) const noexcept {
   return entity.index < body_of_entity_.size() ? body_of_entity_[entity.index] : unlisted;
 }
 
-void ContactWatch::take(StepContext& context, BodySet& bodies, rtstdb::Version version) noexcept {
+void ContactWatch::take(WorldStep& context, BodySet& bodies, rtstdb::Version version) noexcept {
   transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
                        .deadline = context.deadline,
                        .importance = rtstdb::max_importance,
@@ -139,7 +139,7 @@ void ContactWatch::take(StepContext& context, BodySet& bodies, rtstdb::Version v
   freeze(context, bodies);
 }
 
-void ContactWatch::freeze(StepContext& context, BodySet& bodies) noexcept {
+void ContactWatch::freeze(WorldStep& context, BodySet& bodies) noexcept {
   const rtstdb::ContactAnswer& answer = std::as_const(*query_).answers()[0];
   const bool is_whole = !answer.overflow && !answer.incomplete;
   if (!is_whole) ++counts_.overflows;

@@ -11,7 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/modules/module.hpp"
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/rigid_bodies/body_set.hpp"
 #include "runtime/modules/rigid_bodies/frozen_contacts.hpp"
 #include "runtime/modules/rigid_bodies/placed_bodies.hpp"
@@ -37,7 +38,7 @@ class ContactWatch {
 
   /// Queries the contacts at the step's time in the version, or in the release's if that is newer, reads the
   /// rows of the fixed bodies, and freezes the points. Without an answer the earlier points stay.
-  void take(StepContext& context, BodySet& bodies, rtstdb::Version version) noexcept;
+  void take(WorldStep& context, BodySet& bodies, rtstdb::Version version) noexcept;
 
   FrozenContacts& contacts() noexcept { return contacts_; }
   const FrozenContacts& contacts() const noexcept { return contacts_; }
@@ -51,7 +52,7 @@ class ContactWatch {
   static constexpr std::uint32_t unlisted = std::numeric_limits<std::uint32_t>::max();
   void check_first_overlaps(const std::string& caller, const RigidBodiesOptions& options,
                             std::span<const PlacedBody> placed);
-  void freeze(StepContext& context, BodySet& bodies) noexcept;
+  void freeze(WorldStep& context, BodySet& bodies) noexcept;
   /// The index of a body; of an entity that is none, unlisted.
   std::uint32_t body_of(rtstdb::EntityId entity) const noexcept;
 

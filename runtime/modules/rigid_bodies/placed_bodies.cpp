@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "runtime/config/numbers.hpp"
+#include <hil/numbers.hpp>
 
 namespace hil::modules {
 namespace {

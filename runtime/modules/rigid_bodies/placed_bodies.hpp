@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/modules/module.hpp"
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/rigid_bodies/body_options.hpp"
 
 namespace hil::modules {

@@ -33,7 +33,8 @@
 #include <optional>
 #include <utility>
 
-#include "runtime/modules/module.hpp"
+#include <hil/world/world_module.hpp>
+
 #include "runtime/modules/rigid_bodies/body_options.hpp"
 #include "runtime/modules/rigid_bodies/body_ports.hpp"
 #include "runtime/modules/rigid_bodies/body_set.hpp"
@@ -50,24 +51,24 @@ constexpr std::array<const char*, 13> module_outputs{
 constexpr std::int64_t rigid_track_every_ns = 100'000'000;
 constexpr std::size_t max_rigid_track_points = 1u << 13;
 
-class RigidBodies final : public Module {
+class RigidBodies final : public WorldModule {
  public:
   explicit RigidBodies(RigidBodiesOptions options);
 
-  const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskParameters& task) override;
-  void step(StepContext& context) noexcept override;
+  const WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(World& world, const Setup& setup) override;
+  void step(WorldStep& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
  private:
-  void take_inputs(StepContext& context) noexcept;
-  void stop_beyond_limits(StepContext& context) noexcept;
-  void write_outputs(StepContext& context) noexcept;
+  void take_inputs(WorldStep& context) noexcept;
+  void stop_beyond_limits(WorldStep& context) noexcept;
+  void write_outputs(WorldStep& context) noexcept;
   void note_tracks(std::int64_t time_ns) noexcept;
   double energy_j() const noexcept;
 
   const RigidBodiesOptions options_;
-  Ports ports_;
+  WorldPorts ports_;
   double substep_ns_ = 0.0;
   std::string instance_;
   std::unique_ptr<BodySet> bodies_;
@@ -115,7 +116,8 @@ RigidBodies::RigidBodies(RigidBodiesOptions options) : options_(std::move(option
   }
 }
 
-void RigidBodies::configure(World& world, EventLog& events, const TaskParameters& task) {
+void RigidBodies::configure(World& world, const Setup& setup) {
+  const TaskParameters& task = setup.task;
   instance_ = task.instance;
   const std::string caller = "module " + task.instance;
   substep_ns_ = static_cast<double>(task.period_ns) / options_.substeps;
@@ -124,7 +126,7 @@ void RigidBodies::configure(World& world, EventLog& events, const TaskParameters
     entities.push_back(world.entity_of(body.name, caller));
   const std::vector<PlacedBody> placed =
       read_placed_bodies(world, caller, options_, entities, 1e-9 * substep_ns_);
-  watch_ = std::make_unique<ContactWatch>(world, events, caller, options_, entities, placed);
+  watch_ = std::make_unique<ContactWatch>(world, setup.events, caller, options_, entities, placed);
   std::vector<rtstdb::Motion> motions;
   for (const PlacedBody& body : placed)
     motions.push_back(rtstdb::rebased(body.row.motion, rtstdb::world_time_ns(0)));
@@ -134,15 +136,16 @@ void RigidBodies::configure(World& world, EventLog& events, const TaskParameters
   for (const RigidBodyOptions& body : options_.bodies) {
     tracks_.emplace_back();
     if (body.properties) tracks_.back().reserve(max_rigid_track_points);
-    kinds_.push_back({.stops = events.add_kind(body.name + " stops and rests from now on: it would have "
-                                                           "reached {} times what the database permits",
-                                               3),
-                      .held = events.add_kind(body.name + " is held"),
-                      .released = events.add_kind(body.name + " is released")});
+    kinds_.push_back(
+        {.stops = setup.events.add_kind(body.name + " stops and rests from now on: it would have "
+                                                    "reached {} times what the database permits",
+                                        3),
+         .held = setup.events.add_kind(body.name + " is held"),
+         .released = setup.events.add_kind(body.name + " is released")});
   }
 }
 
-void RigidBodies::step(StepContext& context) noexcept {
+void RigidBodies::step(WorldStep& context) noexcept {
   if (context.time_ns != state_ns_) {  // releases were skipped
     bodies_->advance(watch_->contacts(), watch_->touches(), state_ns_, context.time_ns, substep_ns_);
     writer_->write_states(context, *bodies_);
@@ -158,7 +161,7 @@ void RigidBodies::step(StepContext& context) noexcept {
   writer_->write_step(context, *bodies_, watch_->is_near());
 }
 
-void RigidBodies::take_inputs(StepContext& context) noexcept {
+void RigidBodies::take_inputs(WorldStep& context) noexcept {
   std::size_t offset = 0;
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     BodySet::Body& body = bodies_->bodies()[i];
@@ -176,7 +179,7 @@ void RigidBodies::take_inputs(StepContext& context) noexcept {
   }
 }
 
-void RigidBodies::stop_beyond_limits(StepContext& context) noexcept {
+void RigidBodies::stop_beyond_limits(WorldStep& context) noexcept {
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
     BodySet::Body& body = bodies_->bodies()[i];
     if (!body.rigid_body || body.has_stopped) continue;
@@ -196,7 +199,7 @@ double RigidBodies::energy_j() const noexcept {
   return bodies_->kinetic_energy_j() + bodies_->potential_energy_j() + watch_->contacts().elastic_energy_j();
 }
 
-void RigidBodies::write_outputs(StepContext& context) noexcept {
+void RigidBodies::write_outputs(WorldStep& context) noexcept {
   const double energy = energy_j();
   if (!first_energy_j_) first_energy_j_ = energy - bodies_->work_j();
   const ContactWatch::Counts& counts = watch_->counts();
@@ -259,7 +262,7 @@ ModuleType rigid_bodies_type() {
           .about = "Rigid bodies that touch: gravity, forces and torques, and contacts with friction.",
           .parameters = rigid_bodies_schema(),
           .create = [](const config::Value& parameters, const TaskParameters& task,
-                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             auto options = read_rigid_bodies(parameters, diagnostics);
             if (!options) return nullptr;
             check_contact_law(*options, parameters,

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/contribution/section.hpp"
-#include "runtime/modules/event_log.hpp"
+#include <hil/event_log.hpp>
+#include <hil/section.hpp>
 
 namespace hil::modules {
 

@@ -1,4 +1,4 @@
-// Computes the relations of bodies that expressions read (expression/relation.hpp), at the time of each step.
+// Computes the relations of bodies that expressions read (hil/world/relation.hpp), at the time of each step.
 //
 // Where a search is undecided, a distance is published if its bounds differ by at most 1 cm, a contact is
 // false if the lower bound is above 0, and the output is unknown otherwise. Each is unknown before the first
@@ -14,9 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include <hil/world/relation.hpp>
+#include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/modules/module.hpp"
 #include "runtime/modules/time_to_impact.hpp"
 
 namespace hil::modules {
@@ -82,28 +83,29 @@ struct BodyInBeam {
   std::size_t output = 0;
 };
 
-class SpatialRelations final : public Module {
+class SpatialRelations final : public WorldModule {
  public:
   SpatialRelations(const Relations& relations, config::Diagnostics& diagnostics) {
     for (const Relation& relation : relations.all)
       add(relation, relations, diagnostics);
   }
 
-  const Ports& ports() const noexcept override { return ports_; }
+  const WorldPorts& ports() const noexcept override { return ports_; }
 
-  void configure(World& world, EventLog& events, const TaskParameters& task) override {
+  void configure(World& world, const Setup& setup) override {
+    const TaskParameters& task = setup.task;
     database_ = &world.database();
     const std::string caller = "module " + task.instance;
     if (!pairs_.empty()) prepare_pairs(world, caller, task.instance);
     if (!impacts_.empty()) prepare_impacts(world, caller, task.instance + " impacts");
     for (Impact& impact : impacts_)
-      impact.time.emplace(events, impact.first + " and " + impact.second);
+      impact.time.emplace(setup.events, impact.first + " and " + impact.second);
     if (!regions_.empty()) prepare_regions(world, caller, task.instance);
     if (!beams_.empty()) prepare_beams(world, caller, task.instance);
     transaction_ = database_->make_transaction({.max_queries = 4});
   }
 
-  void step(StepContext& context) noexcept override {
+  void step(WorldStep& context) noexcept override {
     if (ports_.outputs.empty()) return;
     const rtstdb::WorldTime now = context.world_time();
     transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
@@ -200,7 +202,7 @@ class SpatialRelations final : public Module {
   template <class Options>
   auto prepared(const Options& options, const std::string& caller) {
     auto query = database_->prepare(options);
-    if (!query) throw SetupError(caller, query.error());
+    if (!query) throw RefusedByDatabase(caller, query.error());
     return std::move(query).value();
   }
 
@@ -284,7 +286,7 @@ class SpatialRelations final : public Module {
     }
   }
 
-  void take_pairs(StepContext& context) noexcept {
+  void take_pairs(WorldStep& context) noexcept {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const rtstdb::ContactAnswer& answer = std::as_const(*contact_query_).answers()[i];
       const bool is_answered = !answer.incomplete && !answer.overflow && answer.pairs.size() == 1;
@@ -295,13 +297,13 @@ class SpatialRelations final : public Module {
     }
   }
 
-  void take_impacts(StepContext& context) noexcept {
+  void take_impacts(WorldStep& context) noexcept {
     for (std::size_t i = 0; i < impacts_.size(); ++i)
       context.outputs[impacts_[i].output] =
           impacts_[i].time->take(context, std::as_const(*impact_query_).answers()[i], impacts_[i].window);
   }
 
-  void take_regions(StepContext& context) noexcept {
+  void take_regions(WorldStep& context) noexcept {
     for (std::size_t i = 0; i < regions_.size(); ++i) {
       const rtstdb::RegionAnswer& answer = std::as_const(*region_query_).answers()[i];
       bool is_inside = false;
@@ -312,7 +314,7 @@ class SpatialRelations final : public Module {
     }
   }
 
-  void take_beams(StepContext& context) noexcept {
+  void take_beams(WorldStep& context) noexcept {
     for (std::size_t i = 0; i < beams_.size(); ++i) {
       const rtstdb::EntityId carrier = ray_query_->rays()[i].carrier;
       const auto hits =
@@ -332,7 +334,7 @@ class SpatialRelations final : public Module {
   std::vector<Impact> impacts_;
   std::vector<BodyInRegion> regions_;
   std::vector<BodyInBeam> beams_;
-  Ports ports_;
+  WorldPorts ports_;
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::ContactQuery> contact_query_;  // null, as the others: nothing to search
   std::unique_ptr<rtstdb::ImpactQuery> impact_query_;
@@ -350,14 +352,15 @@ ModuleType spatial_relations_type() {
               "Computes the relations of bodies that expressions read, as distance(a, b). A scenario without "
               "a task of this type computes them at the end of each tick.",
           .parameters = config::Schema::record({}),
-          .computes_relations = true,
           .create = [](const config::Value& /*parameters*/, const TaskParameters& task,
-                       config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                       config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             const std::size_t before = diagnostics.count();
-            auto module = std::make_unique<SpatialRelations>(task.relations, diagnostics);
+            auto module = std::make_unique<SpatialRelations>(
+                task.relations == nullptr ? Relations{} : *task.relations, diagnostics);
             if (diagnostics.count() != before) return nullptr;
             return module;
-          }};
+          },
+          .computes = {"distance", "contact", "time_to_impact", "inside", "sees"}};
 }
 
 }  // namespace hil::modules

@@ -18,9 +18,9 @@
 #include <optional>
 #include <utility>
 
+#include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/modules/module.hpp"
 #include "runtime/modules/vehicles/car_shape.hpp"
 #include "runtime/modules/vehicles/driver.hpp"
 
@@ -73,26 +73,26 @@ struct Vehicle {
   glm::dvec2 center_m() const { return start_m + direction * travelled_m; }
 };
 
-class Vehicles final : public Module {
+class Vehicles final : public WorldModule {
  public:
   Vehicles(const config::Value& parameters, config::Diagnostics& diagnostics);
 
-  const Ports& ports() const noexcept override { return ports_; }
-  void configure(World& world, EventLog& events, const TaskParameters& task) override;
-  void step(StepContext& context) noexcept override;
+  const WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(World& world, const Setup& setup) override;
+  void step(WorldStep& context) noexcept override;
   void contribute(contribution::Contribution& report) const override;
 
  private:
   void declare_ports();
-  Ahead nearest_ahead(const Vehicle& vehicle, const StepContext& context) const noexcept;
-  double light_state(const Vehicle& vehicle, const StepContext& context) const noexcept;
-  void advance(Vehicle& vehicle, const StepContext& context, double dt_s) noexcept;
-  void watch_lights(const StepContext& context) noexcept;
-  void write_rows(StepContext& context) noexcept;
-  void write_outputs(StepContext& context) noexcept;
+  Ahead nearest_ahead(const Vehicle& vehicle, const WorldStep& context) const noexcept;
+  double light_state(const Vehicle& vehicle, const WorldStep& context) const noexcept;
+  void advance(Vehicle& vehicle, const WorldStep& context, double dt_s) noexcept;
+  void watch_lights(const WorldStep& context) noexcept;
+  void write_rows(WorldStep& context) noexcept;
+  void write_outputs(WorldStep& context) noexcept;
 
   std::vector<Vehicle> vehicles_;
-  Ports ports_;
+  WorldPorts ports_;
   rtstdb::Database* database_ = nullptr;
   std::unique_ptr<rtstdb::Transaction> transaction_;
   std::int64_t simulated_until_ns_ = 0;         ///< run time
@@ -235,7 +235,8 @@ rtstdb::Motion motion_of(const Vehicle& v, std::int64_t time_ns) {
           .valid_from = rtstdb::world_time_ns(time_ns)};
 }
 
-void Vehicles::configure(World& world, EventLog& events, const TaskParameters& task) {
+void Vehicles::configure(World& world, const Setup& setup) {
+  const TaskParameters& task = setup.task;
   database_ = &world.database();
   transaction_ = database_->make_transaction({.max_writes = static_cast<std::uint32_t>(vehicles_.size())});
   for (Vehicle& v : vehicles_) {
@@ -248,7 +249,7 @@ void Vehicles::configure(World& world, EventLog& events, const TaskParameters& t
     row.motion = motion_of(v, 0);
     v.entity = world.create(task.instance + "." + v.name, row);
     v.written_speed_mps = v.speed_mps;
-    v.leaves = events.add_kind(v.name + " leaves the world");
+    v.leaves = setup.events.add_kind(v.name + " leaves the world");
     v.track.reserve(max_vehicle_track_points);
   }
   // A transaction that writes rows takes microseconds. The budget leaves room for a loaded machine.
@@ -259,24 +260,24 @@ void Vehicles::configure(World& world, EventLog& events, const TaskParameters& t
                                 .period = rtstdb::Nanoseconds(task.period_ns),
                                 .deadline = deadline,
                                 .budget = std::min(budget, deadline)});
-  braking_begins_ = events.add_kind("the device under test requests {} m/s2");
-  standing_ = events.add_kind("the ego stops, x = {} m", 2);
+  braking_begins_ = setup.events.add_kind("the device under test requests {} m/s2");
+  standing_ = setup.events.add_kind("the ego stops, x = {} m", 2);
   constexpr const char* states[] = {"red", "red-yellow", "green", "yellow"};
   for (std::size_t i = 0; i < ports_.inputs.size(); ++i) {
     if (!ports_.inputs[i].required) continue;  // only lights are required
     Light light{.input = i, .turns = {}};
     for (std::size_t state = 0; state < 4; ++state) {
-      light.turns[state] = events.add_kind(ports_.inputs[i].name + " turns " + states[state]);
+      light.turns[state] = setup.events.add_kind(ports_.inputs[i].name + " turns " + states[state]);
     }
     lights_.push_back(light);
   }
 }
 
-double Vehicles::light_state(const Vehicle& vehicle, const StepContext& context) const noexcept {
+double Vehicles::light_state(const Vehicle& vehicle, const WorldStep& context) const noexcept {
   return vehicle.light_input ? context.inputs[*vehicle.light_input].value : green_light;
 }
 
-Ahead Vehicles::nearest_ahead(const Vehicle& vehicle, const StepContext& context) const noexcept {
+Ahead Vehicles::nearest_ahead(const Vehicle& vehicle, const WorldStep& context) const noexcept {
   Ahead ahead;
   for (const Vehicle& other : vehicles_) {
     if (&other == &vehicle || glm::dot(other.direction, vehicle.direction) < 0.99) continue;
@@ -299,7 +300,7 @@ Ahead Vehicles::nearest_ahead(const Vehicle& vehicle, const StepContext& context
   return ahead;
 }
 
-void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s) noexcept {
+void Vehicles::advance(Vehicle& vehicle, const WorldStep& context, double dt_s) noexcept {
   vehicle.driver.desired_speed_mps =
       std::max(context.inputs[vehicle.desired_speed_input].value, min_desired_speed_mps);
   double acceleration = idm_acceleration(vehicle.driver, vehicle.speed_mps, nearest_ahead(vehicle, context),
@@ -326,7 +327,7 @@ void Vehicles::advance(Vehicle& vehicle, const StepContext& context, double dt_s
   vehicle.speed_mps = moved.speed_mps;
 }
 
-void Vehicles::watch_lights(const StepContext& context) noexcept {
+void Vehicles::watch_lights(const WorldStep& context) noexcept {
   for (Light& light : lights_) {
     const signals::SignalValue& now = context.inputs[light.input];
     if (!now.fresh || now.value == light.shown) continue;
@@ -336,7 +337,7 @@ void Vehicles::watch_lights(const StepContext& context) noexcept {
   }
 }
 
-void Vehicles::step(StepContext& context) noexcept {
+void Vehicles::step(WorldStep& context) noexcept {
   watch_lights(context);
   // More than a period when releases were skipped: the simulation makes up for them.
   const std::int64_t passed_ns = context.time_ns - std::exchange(simulated_until_ns_, context.time_ns);
@@ -353,7 +354,7 @@ void Vehicles::step(StepContext& context) noexcept {
   write_outputs(context);
 }
 
-void Vehicles::write_rows(StepContext& context) noexcept {
+void Vehicles::write_rows(WorldStep& context) noexcept {
   transaction_->begin({.deadline_class = rtstdb::DeadlineClass::hard,
                        .deadline = context.deadline,
                        .importance = rtstdb::max_importance,
@@ -382,7 +383,7 @@ void Vehicles::write_rows(StepContext& context) noexcept {
     v.written_speed_mps = -1.0;
 }
 
-void Vehicles::write_outputs(StepContext& context) noexcept {
+void Vehicles::write_outputs(WorldStep& context) noexcept {
   const bool track = context.time_ns % vehicle_track_every_ns == 0;
   for (Vehicle& v : vehicles_) {
     const glm::dvec2 at = v.center_m();
@@ -426,7 +427,7 @@ ModuleType vehicles_type() {
           Field::needed("vehicles", Schema::map(vehicle_schema()), "The vehicles by name."),
       }),
       .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
-                   config::Diagnostics& diagnostics) -> std::unique_ptr<Module> {
+                   config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
         return std::make_unique<Vehicles>(parameters, diagnostics);
       }};
 }

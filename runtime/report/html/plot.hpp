@@ -1,7 +1,8 @@
 #pragma once
 // A plot of a section: lines with dots at their points, on linear or logarithmic axes, and a legend.
 
-#include "runtime/contribution/section.hpp"
+#include <hil/section.hpp>
+
 #include "runtime/report/html/svg.hpp"
 
 namespace hil::report {

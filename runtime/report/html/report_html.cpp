@@ -24,7 +24,6 @@ std::string report_html(const RunRecord& record) {
   events_section(out, record);
   top_view_section(out, record);
   views_section(out, record);
-  cameras_section(out, record);
   contributed_sections(out, record);
   response_section(out, record);
   timing_section(out, record);

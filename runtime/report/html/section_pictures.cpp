@@ -62,6 +62,17 @@ void cloud_legend(Markup& out, const std::vector<Picture>& pictures) {
   out.close();
 }
 
+void draw_images(Markup& out, const std::vector<contribution::ShownImage>& images) {
+  if (images.empty()) return;
+  out.open("div", {{"class", "panels"}});
+  for (const contribution::ShownImage& image : images) {
+    out.open("figure").element("h3", image.title);
+    out.leaf("img", {{"alt", image.title}, {"src", "data:image/png;base64," + image.png}});
+    out.element("figcaption", image.caption).close();
+  }
+  out.close();
+}
+
 void draw_plots(Markup& out, const std::vector<contribution::Plot>& plots) {
   if (plots.empty()) return;
   out.open("div", {{"class", "panels"}});
@@ -151,6 +162,7 @@ void contributed_sections(Markup& out, const RunRecord& record) {
     out.element("h2", section.title);
     out.open("div", {{"class", "card"}});
     if (!section.text.empty()) out.element("p", {{"class", "small soft"}}, section.text);
+    draw_images(out, section.images);
     if (!section.pictures.empty()) {
       out.open("div", {{"class", "panels"}});
       const PictureFrame frame = common_frame(section.pictures);

@@ -24,9 +24,6 @@ void views_section(Markup& out, const RunRecord& record);
 void contributed_sections(Markup& out, const RunRecord& record);
 void response_section(Markup& out, const RunRecord& record);
 
-// section_cameras.cpp
-void cameras_section(Markup& out, const RunRecord& record);
-
 // section_timing.cpp
 void timing_section(Markup& out, const RunRecord& record);
 void misses_section(Markup& out, const RunRecord& record);

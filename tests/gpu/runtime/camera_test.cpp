@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/gpu/runtime/collected_images.hpp"
+#include "runtime/modules/camera/image_encoder.hpp"
 #include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
@@ -28,7 +28,6 @@ class CameraTest : public test::ModuleFixture {
 
   void SetUp() override {
     ModuleFixture::SetUp();
-    world_->set_camera_images(&collected_);
     allocation_guard::reset();
   }
   void TearDown() override { EXPECT_EQ(allocation_guard::seen().total(), 0U) << "in the steps"; }
@@ -53,6 +52,10 @@ class CameraTest : public test::ModuleFixture {
                    {.instance = name, .period_ns = period_ns, .deadline_ns = period_ns, .seed = 4});
     ASSERT_NE(camera_, nullptr) << diagnostics_.to_text();
   }
+  /// The image that was handed over as number `number`.
+  ImageBuffer image_of(std::size_t number) {
+    return dynamic_cast<const ImageEncoder&>(*files_.options.encoder).parts_of(files_.buffer(number));
+  }
   /// The outputs of a step, by name.
   std::map<std::string, double> take(std::uint64_t run = 0) {
     const auto values = step(*camera_, run, static_cast<std::int64_t>(run) * period_ns, period_ns);
@@ -76,8 +79,7 @@ class CameraTest : public test::ModuleFixture {
   }
 
   std::string base_ = small_camera;
-  test::CollectedImages collected_;
-  std::unique_ptr<Module> camera_;
+  std::unique_ptr<AnyModule> camera_;
 };
 
 TEST_F(CameraTest, ListsTheNearestBodiesWithBoxesAndVisibleShares) {
@@ -95,7 +97,7 @@ TEST_F(CameraTest, ListsTheNearestBodiesWithBoxesAndVisibleShares) {
   EXPECT_EQ(outputs["image_count"], 1.0);
   EXPECT_EQ(outputs["missing_tiles"], 0.0);
   EXPECT_DOUBLE_EQ(outputs["age"], 0.0) << "without a thread the outputs are visible at the release";
-  EXPECT_EQ(collected_.count, 0U) << "images: none";
+  EXPECT_EQ(files_.count, 0U) << "images: none";
   EXPECT_EQ(take(1)["image_count"], 2.0);
 }
 
@@ -182,9 +184,9 @@ TEST_F(CameraTest, HandsOverColoursAndDepths) {
   add_plate("lamp", {8.0, 0.0, 0.0}, 2.0, {}, 0.5 * 1.2 * 64.0);
   make_camera("exposure_value: 6, depth_files: {}");
   take(3);
-  ASSERT_EQ(collected_.count, 1U);
-  const test::CollectedImage& image = collected_.images[0];
-  EXPECT_EQ(image.time_ns, 3 * period_ns);
+  ASSERT_EQ(files_.count, 1U);
+  const ImageBuffer image = image_of(0);
+  EXPECT_EQ(files_.time_ns(0), 3 * period_ns);
   ASSERT_EQ(image.srgb.size(), 64U * 48U);
   for (std::uint32_t y = 0; y < 48; ++y) {
     for (std::uint32_t x = 0; x < 64; ++x) {
@@ -227,7 +229,7 @@ TEST_F(CameraTest, InRealTimeModeLampsThrowShadows) {
     base_ = "resolution: [64, 48], field_of_view: 90 deg, bounces: 1, mode: real_time, shadows: " + shadows;
     make_camera("noise: {full_well: 8000}", "front_" + shadows);
     take();
-    const auto& color = collected_.images[collected_.count - 1].color;
+    const auto color = image_of(files_.count - 1).color;
     const auto luminance = [&](std::size_t column, std::size_t row) {
       return static_cast<double>(glm::unpackHalf1x16(color[row * 64 + column][0]));
     };
@@ -243,12 +245,9 @@ TEST_F(CameraTest, WithNoiseItHandsOverLuminances) {
   add_plate("lamp", {8.0, 0.0, 0.0}, 2.0, {}, 40.0);
   make_camera("exposure_value: 6, noise: {full_well: 8000, read_noise: 10}, seed: 12");
   take();
-  EXPECT_EQ(collected_.options.sensor.full_well_e, 8000.0);
-  EXPECT_EQ(collected_.options.sensor.read_noise_e, 10.0);
-  EXPECT_EQ(collected_.options.sensor.noise_seed, 12U);
-  ASSERT_EQ(collected_.count, 1U);
-  ASSERT_EQ(collected_.images[0].color.size(), 64U * 48U);
-  EXPECT_NEAR(glm::unpackHalf1x16(collected_.images[0].color[24 * 64 + 32][0]), 40.0f, 0.05f);
+  ASSERT_EQ(files_.count, 1U);
+  ASSERT_EQ(image_of(0).color.size(), 64U * 48U);
+  EXPECT_NEAR(glm::unpackHalf1x16(image_of(0).color[24 * 64 + 32][0]), 40.0f, 0.05f);
 }
 
 TEST_F(CameraTest, AgeCountsUntilTheDeadlineOfATaskThread) {
@@ -291,10 +290,10 @@ TEST_F(CameraTest, TakesImagesAtTheNearestReleases) {
   std::vector<double> ages_ms;
   for (std::uint64_t run = 0; run < 11; ++run)
     ages_ms.push_back(take(run)["age"]);
-  ASSERT_EQ(collected_.count, 5U);
+  ASSERT_EQ(files_.count, 5U);
   const std::int64_t releases[] = {0, 3, 5, 8, 10};
   for (std::size_t i = 0; i < 5; ++i)
-    EXPECT_EQ(collected_.images[i].time_ns, releases[i] * period_ns);
+    EXPECT_EQ(files_.time_ns(i), releases[i] * period_ns);
   EXPECT_EQ(ages_ms, (std::vector<double>{0, 100, 200, 0, 100, 0, 100, 200, 0, 100, 0}));
   contribution::Contribution report;
   camera_->contribute(report);
@@ -303,8 +302,10 @@ TEST_F(CameraTest, TakesImagesAtTheNearestReleases) {
             "camera front: the time between images is 2.5 periods of the task, no whole number; each is "
             "taken at the nearest "
             "release");
-  ASSERT_EQ(report.cameras.size(), 1U);
-  EXPECT_EQ(report.cameras[0].images, 5U);
+  ASSERT_EQ(report.lists.size(), 1U);
+  EXPECT_EQ(report.lists[0].list, "cameras");
+  EXPECT_EQ(report.lists[0].properties[0].key, "images");
+  EXPECT_EQ(std::get<std::int64_t>(report.lists[0].properties[0].value), 5);
 }
 
 TEST_F(CameraTest, IsRefusedForABodyOrALayerThatIsMissing) {

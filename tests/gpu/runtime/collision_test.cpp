@@ -26,7 +26,7 @@ class CollisionModule : public test::ModuleFixture {
     row.motion.p_world_m = p_m;
     return row;
   }
-  std::unique_ptr<Module> collision(const std::string& more) {
+  std::unique_ptr<AnyModule> collision(const std::string& more) {
     auto module = make(*find_module_type("collision"), "{body: ego, against: [traffic]" + more + "}",
                        {.instance = "collision", .period_ns = period_ns});
     EXPECT_NE(module, nullptr) << diagnostics_.to_text();

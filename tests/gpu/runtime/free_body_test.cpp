@@ -30,7 +30,7 @@ class FreeBodyModule : public test::ModuleFixture {
     capsule_ = world_->create("capsule", row);
   }
 
-  std::unique_ptr<Module> make(const std::string& more = "", std::int64_t period_ns = ms) {
+  std::unique_ptr<AnyModule> make(const std::string& more = "", std::int64_t period_ns = ms) {
     return ModuleFixture::make(
         *find_module_type("free_body"),
         "{body: capsule, mass: 10 kg, inertia: [1 kg m2, 2 kg m2, 2.7 kg m2]" + more + "}",

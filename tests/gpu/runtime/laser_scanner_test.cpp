@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "runtime/modules/laser_scanner/pcd_encoder.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
 #include "runtime/modules/laser_scanner/scanner_ports.hpp"
-#include "tests/gpu/runtime/collected_clouds.hpp"
 #include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
@@ -29,7 +29,6 @@ class LaserScannerTest : public test::ModuleFixture {
 
   void SetUp() override {
     ModuleFixture::SetUp();
-    world_->set_point_clouds(&clouds_);
     rtstdb::EntityRow sensor;
     sensor.mask = 0;
     world_->create("sensor", sensor);
@@ -50,7 +49,7 @@ class LaserScannerTest : public test::ModuleFixture {
     return world_->create(name, row);
   }
 
-  std::unique_ptr<Module> make_scanner(const std::string& parameters, std::uint64_t seed = 1) {
+  std::unique_ptr<AnyModule> make_scanner(const std::string& parameters, std::uint64_t seed = 1) {
     auto scanner =
         make(*find_module_type("laser_scanner"), "{" + parameters + "}",
              {.instance = "lidar", .period_ns = scan_period_ns, .deadline_ns = scan_period_ns, .seed = seed});
@@ -58,21 +57,21 @@ class LaserScannerTest : public test::ModuleFixture {
     return scanner;
   }
 
+  std::span<CloudPoint> last_cloud() { return points_in(files_.buffer(files_.count - 1)); }
   /// The points of the middle beam in the cloud of one sweep.
   std::vector<CloudPoint> sweep(const std::string& more = "") {
     const auto scanner = make_scanner(three_beams + more);
     outputs_ = step(*scanner, 0, 0, scan_period_ns);
-    EXPECT_EQ(clouds_.clouds.size(), 1u);
+    EXPECT_EQ(files_.count, 1u);
     std::vector<CloudPoint> points;
-    if (!clouds_.clouds.empty()) {
-      std::ranges::copy_if(clouds_.clouds.back().points, std::back_inserter(points),
+    if (files_.count > 0) {
+      std::ranges::copy_if(last_cloud(), std::back_inserter(points),
                            [](const CloudPoint& point) { return point.column == 1; });
     }
-    clouds_.clouds.clear();
+    files_.clear();
     return points;
   }
 
-  test::CollectedClouds clouds_;
   std::vector<double> outputs_;
 };
 
@@ -159,7 +158,7 @@ TEST_F(LaserScannerTest, NoiseHasItsDeviationAndRepeatsWithTheSeed) {
         seed);
     step(*scanner, 0, 0, scan_period_ns);
     std::vector<float> all;
-    for (const CloudPoint& point : clouds_.clouds.back().points)
+    for (const CloudPoint& point : last_cloud())
       all.push_back(std::hypot(point.x_m, point.y_m, point.z_m));
     return all;
   };
@@ -200,7 +199,7 @@ TEST_F(LaserScannerTest, RangesWithoutDivergenceAreThoseOfARayQuery) {
   transaction->begin({});
   transaction->add_query(*rays.value(), 800);
   ASSERT_TRUE(database_->execute(*transaction).done());
-  const std::vector<CloudPoint>& points = clouds_.clouds.back().points;
+  const std::span<const CloudPoint> points = last_cloud();
   std::size_t next = 0;
   for (std::uint32_t beam = 0; beam < 800; ++beam) {
     const rtstdb::RayHit& hit = rays.value()->hits()[beam];
@@ -224,8 +223,8 @@ TEST_F(LaserScannerTest, WideBeamsMeetMovingBodiesAtTheirOwnTimes) {
       "horizontal: 0.002 rad, divergence: 0.001 rad, returns: 2, point_cloud: {rate: 5 Hz}");
   for (int run = 0; run < 20; ++run)
     step(*scanner, static_cast<std::uint64_t>(run), run * scan_period_ns, scan_period_ns);
-  ASSERT_EQ(clouds_.clouds.size(), 1u);
-  const std::vector<CloudPoint>& points = clouds_.clouds[0].points;
+  ASSERT_EQ(files_.count, 1u);
+  const std::span<const CloudPoint> points = last_cloud();
   ASSERT_EQ(points.size(), 200u);
   for (const CloudPoint& point : points) {
     EXPECT_NEAR(point.time_s, 0.001 * point.column, 1e-9);

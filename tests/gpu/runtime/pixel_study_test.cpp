@@ -41,7 +41,7 @@ class PixelStudyModule : public test::ModuleFixture {
            methods + "}";
   }
 
-  std::vector<double> run(Module& module) {
+  std::vector<double> run(AnyModule& module) {
     std::vector<double> outputs;
     for (std::uint64_t i = 0; i < 2'000; ++i) {
       outputs = step(module, i, static_cast<std::int64_t>(i) * 1'000'000, 1'000'000);

@@ -47,7 +47,7 @@ class RigidBodiesFixture : public ModuleFixture {
   void add_floor(double size_m = 20.0) {
     add("floor", rtstdb::make_box({size_m, size_m, 1.0}), {.p_world_m = {0.0, 0.0, -0.5}}, "floor");
   }
-  std::unique_ptr<Module> rigid_bodies(const std::string& parameters, std::int64_t period_ns) {
+  std::unique_ptr<AnyModule> rigid_bodies(const std::string& parameters, std::int64_t period_ns) {
     period_ns_ = period_ns;
     auto module = make(*find_module_type("rigid_bodies"), parameters,
                        {.instance = "rigid", .period_ns = period_ns, .deadline_ns = period_ns});
@@ -57,7 +57,7 @@ class RigidBodiesFixture : public ModuleFixture {
   }
   /// Steps to a run time, and the outputs at it. `each` sees the outputs of each step.
   template <typename Each>
-  std::vector<double> run_to(Module& module, double time_s, Each each) {
+  std::vector<double> run_to(AnyModule& module, double time_s, Each each) {
     std::vector<double> outputs;
     const auto until_ns = std::llround(time_s * 1e9);
     for (; next_ns_ <= until_ns; next_ns_ += period_ns_) {
@@ -67,14 +67,14 @@ class RigidBodiesFixture : public ModuleFixture {
     }
     return outputs;
   }
-  std::vector<double> run_to(Module& module, double time_s) {
+  std::vector<double> run_to(AnyModule& module, double time_s) {
     return run_to(module, time_s, [](const std::vector<double>&) {});
   }
   static double of(const std::vector<double>& outputs, std::size_t body, BodyOutput output) {
     return outputs[first_body_output + 13 * body + output];
   }
   bool has_event(const std::string& words) const {
-    for (const EventLog::Event& event : events_.events())
+    for (const RunEvents::Event& event : events_.events())
       if (event.text.find(words) != std::string::npos) return true;
     return false;
   }

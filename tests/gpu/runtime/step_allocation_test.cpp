@@ -7,8 +7,9 @@
 #include <atomic>
 
 #include "runtime/executive/executive.hpp"
+#include "runtime/modules/run_events.hpp"
 #include "runtime/run/clocks.hpp"
-#include "runtime/run/point_cloud_files.hpp"
+#include "runtime/run/file_streams.hpp"
 #include "runtime/run/scenery.hpp"
 #include "runtime/run/wiring.hpp"
 #include "tests/paths.h"
@@ -75,14 +76,13 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   auto opened = rtstdb::Database::open(options);
   ASSERT_TRUE(opened) << opened.error().message;
   const auto database = std::move(opened).value();
-  modules::World world(database.get(), wiring->layers.names());
+  modules::NamedWorld world(database.get(), wiring->layers.names());
   const tests::TemporaryFolder folder;
-  PointCloudFiles clouds(folder.path(), false);
-  world.set_point_clouds(&clouds);
+  RunFileStreams files(folder.path(), false);
   RunLog log(folder.path() / "run.log", false);
   WorldFields fields(log);
   create_scenery(*scenario, wiring->scenery, world, fields);
-  modules::EventLog events;
+  modules::RunEvents events;
 
   struct Origin final : executive::TickHooks {
     explicit Origin(DeviceClock& run_clock) : clock(run_clock) {}
@@ -102,7 +102,9 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
   for (WiredModule& wired : wiring->modules) {
     const config::TaskSection& section = *wired.section;
     const modules::TaskParameters facts = task_parameters(*scenario, section);
-    wired.module->configure(world, events, facts);
+    const modules::Setup setup{.task = facts, .events = events, .files = files};
+    if (modules::WorldModule* const module = wired.module->world_module()) module->configure(world, setup);
+    if (modules::Module* const module = wired.module->plain_module()) module->configure(setup);
     tasks.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
                                                  wiring->signals, database.get(), run_clock, events));
     guarded.push_back(std::make_unique<Guarded>(*tasks.back(), 5));

@@ -13,7 +13,7 @@ class VehiclesModule : public test::ModuleFixture {
  protected:
   VehiclesModule() : ModuleFixture({"vehicle"}) {}
 
-  std::unique_ptr<Module> make(const std::string& parameters, const std::string& instance = "traffic") {
+  std::unique_ptr<AnyModule> make(const std::string& parameters, const std::string& instance = "traffic") {
     return ModuleFixture::make(*find_module_type("vehicles"), parameters,
                                {.instance = instance, .period_ns = 100 * second_ns});
   }

@@ -1,8 +1,8 @@
-#include "runtime/modules/world.hpp"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include <hil/world/world.hpp>
 
 #include "tests/gpu/runtime/module_fixture.hpp"
 

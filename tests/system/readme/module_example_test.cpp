@@ -27,11 +27,11 @@ class GuideRangeFinder : public test::ModuleFixture {
     world_->create("wall", wall);
   }
 
-  std::unique_ptr<Module> make(const std::string& parameters) {
+  std::unique_ptr<AnyModule> make(const std::string& parameters) {
     return ModuleFixture::make(range_finder_type(), parameters,
                                {.instance = "range", .period_ns = 10 * ms, .deadline_ns = 10 * ms});
   }
-  std::vector<double> step(Module& module, std::int64_t time_ns) {
+  std::vector<double> step(AnyModule& module, std::int64_t time_ns) {
     return ModuleFixture::step(module, 0, time_ns, 10 * ms);
   }
 };
@@ -54,9 +54,10 @@ TEST_F(GuideRangeFinder, ReturnsItsRangeWithoutAHit) {
 TEST_F(GuideRangeFinder, DeclaresItsBodiesAndLayers) {
   const auto module = make("{carrier: traffic.ego, layers: [structure, vehicle]}");
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
-  ASSERT_EQ(module->ports().bodies.size(), 1U);
-  EXPECT_EQ(module->ports().bodies[0].text, "traffic.ego");
-  EXPECT_EQ(module->ports().layers.size(), 2U);
+  const WorldPorts& ports = module->world_module()->ports();
+  ASSERT_EQ(ports.bodies.size(), 1U);
+  EXPECT_EQ(ports.bodies[0].text, "traffic.ego");
+  EXPECT_EQ(ports.layers.size(), 2U);
 }
 
 }  // namespace

@@ -183,8 +183,8 @@ TEST_F(CameraRun, WritesTheSameFilesInEachRun) {
 TEST_F(CameraRun, ItsReportShowsTheLastImage) {
   const std::string out = run("out", {"--set", "tasks.front.parameters.exposure_value=11.5"});
   const auto report = read_report(out);
-  ASSERT_EQ(report["cameras"].size(), 1U);
-  const auto& camera = report["cameras"][0];
+  ASSERT_EQ(report["lists"]["cameras"].size(), 1U);
+  const auto& camera = report["lists"]["cameras"][0];
   EXPECT_EQ(camera["name"], "front");
   EXPECT_EQ(camera["images"], 30);
   EXPECT_EQ(camera["dropped"], 0);
@@ -194,8 +194,12 @@ TEST_F(CameraRun, ItsReportShowsTheLastImage) {
   EXPECT_EQ(camera["last_file"], "images/camera-front-000029.png");
   EXPECT_EQ(camera["last_tick"], 29);
   EXPECT_EQ(camera["last_time_ns"], 2'900'000'000);
+  ASSERT_EQ(report["sections"].size(), 1U);
+  EXPECT_EQ(report["sections"][0]["title"], "Cameras");
+  ASSERT_EQ(report["sections"][0]["images"].size(), 1U);
+  const auto& image = report["sections"][0]["images"][0];
   const std::string page = read_text(out + "/report.html");
-  EXPECT_NE(page.find("src=\"data:image/png;base64," + camera["last_image_png"].get<std::string>() + "\""),
+  EXPECT_NE(page.find("src=\"data:image/png;base64," + image["png"].get<std::string>() + "\""),
             std::string::npos);
   EXPECT_NE(page.find("Tick 29, 2.900 s. Exposure value 11.5, images/camera-front-000029.png."),
             std::string::npos);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "runtime/buses/bus.hpp"
-#include "runtime/config/schema_node.hpp"
+#include "runtime/contract/schema_node.hpp"
 #include "runtime/report/report_json.hpp"
 
 namespace hil::buses {

@@ -6,7 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "runtime/config/diagnostics.hpp"
+#include <hil/diagnostics.hpp>
+
 #include "runtime/config/parse.hpp"
 #include "runtime/config/scenario.hpp"
 #include "tests/support/temporary_folder.hpp"

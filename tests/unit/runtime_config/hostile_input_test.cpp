@@ -7,8 +7,8 @@
 #include <random>
 #include <sstream>
 
-#include "runtime/config/source_text.hpp"
-#include "runtime/config/tree.hpp"
+#include "runtime/contract/source_text.hpp"
+#include "runtime/contract/tree.hpp"
 #include "scenario_fixture.hpp"
 
 namespace hil::config {

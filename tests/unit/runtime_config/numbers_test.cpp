@@ -1,5 +1,3 @@
-#include "runtime/config/numbers.hpp"
-
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -11,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "runtime/config/units.hpp"
+#include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
 
 namespace hil::config {
 namespace {

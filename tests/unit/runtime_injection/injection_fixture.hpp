@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "runtime/modules/run_events.hpp"
 #include "tests/unit/runtime_run/wiring_fixture.hpp"
 
 namespace hil::injection::test {
@@ -62,13 +63,13 @@ class InjectionFixture : public run::test::WiringFixture {
   }
   std::vector<std::string> events() const {
     std::vector<std::string> texts;
-    for (const modules::EventLog::Event& event : events_.events())
+    for (const modules::RunEvents::Event& event : events_.events())
       texts.push_back(std::to_string(event.time_ns / ms) + ": " + event.text);
     return texts;
   }
 
   std::optional<run::Wiring> wiring_;
-  modules::EventLog events_;
+  modules::RunEvents events_;
   std::int64_t time_ns_ = 0, seen_ns_ = 0;
 };
 

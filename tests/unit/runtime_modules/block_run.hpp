@@ -11,8 +11,11 @@
 #include <string>
 #include <vector>
 
+#include <hil/module.hpp>
+
 #include "runtime/config/parse.hpp"
-#include "runtime/modules/module.hpp"
+#include "runtime/modules/registry.hpp"
+#include "runtime/modules/run_events.hpp"
 
 namespace hil::modules::test {
 
@@ -23,8 +26,8 @@ inline TaskParameters ten_ms() {
   return {.instance = "b", .period_ns = 10 * ms, .seed = 7};
 }
 
-inline std::unique_ptr<Module> create_block(const std::string& yaml, config::Diagnostics& diagnostics,
-                                            const TaskParameters& task = ten_ms()) {
+inline std::unique_ptr<AnyModule> create_block(const std::string& yaml, config::Diagnostics& diagnostics,
+                                               const TaskParameters& task = ten_ms()) {
   const ModuleType& type = *find_module_type("block");
   const auto parameters = config::parse_text("b.yaml", yaml, type.parameters, diagnostics);
   auto module = parameters ? type.create(*parameters, task, diagnostics) : nullptr;
@@ -32,14 +35,18 @@ inline std::unique_ptr<Module> create_block(const std::string& yaml, config::Dia
   return module;
 }
 
+/// A block writes none.
+struct NoFiles final : FileStreams {
+  std::unique_ptr<FileStream> open(const FileStreamOptions& /*options*/) override { return nullptr; }
+};
+
 class BlockRun {
  public:
   explicit BlockRun(const std::string& yaml, const TaskParameters& task = ten_ms()) : task_(task) {
     config::Diagnostics diagnostics;
     module_ = create_block(yaml, diagnostics, task);
     if (!module_) throw std::runtime_error(diagnostics.to_text());
-    World world(nullptr, {});
-    module_->configure(world, events_, task);
+    module_->plain_module()->configure({.task = task, .events = events_, .files = no_files_});
     for (const Port& port : module_->ports().inputs)
       inputs_.push_back({.value = port.initial});
     outputs_.resize(module_->ports().outputs.size());
@@ -61,7 +68,7 @@ class BlockRun {
     context.inputs = inputs_;
     context.outputs = outputs_;
     context.events = &events_;
-    module_->step(context);
+    module_->plain_module()->step(context);
     next_ns_ = time_ns + task_.period_ns;
   }
   void step() { step_at(next_ns_); }
@@ -72,7 +79,7 @@ class BlockRun {
   }
   std::vector<std::string> events() const {
     std::vector<std::string> texts;
-    for (const EventLog::Event& event : events_.events())
+    for (const RunEvents::Event& event : events_.events())
       texts.push_back(std::to_string(event.time_ns / ms) + " ms: " + event.text);
     return texts;
   }
@@ -85,8 +92,9 @@ class BlockRun {
   }
 
   TaskParameters task_;
-  EventLog events_;
-  std::unique_ptr<Module> module_;
+  RunEvents events_;
+  NoFiles no_files_;
+  std::unique_ptr<AnyModule> module_;
   std::vector<signals::SignalValue> inputs_;
   std::vector<double> outputs_;
   std::int64_t next_ns_ = 0;

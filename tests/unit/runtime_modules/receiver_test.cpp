@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "runtime/modules/noise_seed.hpp"
+#include <hil/noise_seed.hpp>
 
 namespace hil::modules {
 namespace {

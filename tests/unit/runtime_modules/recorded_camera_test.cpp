@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-#include "runtime/modules/record_properties.hpp"
+#include <hil/record.hpp>
 
 namespace hil::modules {
 namespace {

@@ -11,8 +11,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/module.hpp>
+
 #include "runtime/config/parse.hpp"
-#include "runtime/modules/module.hpp"
+#include "runtime/modules/registry.hpp"
 #include "runtime/modules/rigid_bodies/contact_law.hpp"
 
 namespace hil::modules {

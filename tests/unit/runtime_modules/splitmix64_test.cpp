@@ -1,8 +1,8 @@
 // The first numbers that the authors' reference program draws after a seed of 1234567.
 
-#include "runtime/modules/splitmix64.hpp"
-
 #include <gtest/gtest.h>
+
+#include <hil/splitmix64.hpp>
 
 namespace hil::modules {
 namespace {

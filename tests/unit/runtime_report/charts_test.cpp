@@ -399,6 +399,46 @@ TEST(Plot, PointsAreToScaleOnLinearAndLogarithmicAxes) {
   EXPECT_EQ(lines, 0U) << "the gap interrupts the line";
 }
 
+TEST(Plot, BarsStandSideBySideFromZero) {
+  const contribution::Plot plot{
+      .title = "Counts",
+      .x = {.quantity = "class"},
+      .y = {.quantity = "count"},
+      .series = {{.name = "a", .points = {{1.0, 4.0}, {2.0, -2.0}, {4.0, not_known}}},
+                 {.name = "b", .points = {{1.0, 8.0}, {2.0, 0.0}}}},
+      .bars = true};
+  Markup out;
+  draw_plot(out, plot, PictureUse::inline_in_page);
+  const XmlElement svg = parse_strictly(out.take());
+  expect_text_inside(svg);
+  struct Bar {
+    double x = 0.0, from = 0.0, to = 0.0;
+  };
+  std::map<std::string, std::vector<Bar>> bars;
+  double width = 0.0;
+  for (const XmlElement* path : svg.all("path")) {
+    const std::string& name = path->attributes.at("class");
+    if (!name.starts_with("series ")) continue;
+    width = std::stod(path->attributes.at("style").substr(std::string("stroke-width:").size()));
+    std::string d = path->attributes.at("d");
+    std::ranges::replace_if(
+        d, [](char c) { return c == 'M' || c == 'L' || c == ','; }, ' ');
+    std::istringstream text(d);
+    for (double x = 0.0, from = 0.0, again = 0.0, to = 0.0; text >> x >> from >> again >> to;) {
+      EXPECT_EQ(x, again) << "vertical";
+      bars[name].push_back({x, from, to});
+    }
+  }
+  const auto &a = bars["series c0"], &b = bars["series c1"];
+  ASSERT_EQ(a.size(), 2U) << "what is not known has no bar";
+  ASSERT_EQ(b.size(), 2U);
+  EXPECT_EQ(a[0].from, b[0].from);
+  EXPECT_NEAR(b[0].x - a[0].x, width, 0.2) << "side by side";
+  EXPECT_GT(a[1].x - a[0].x, 2.0 * width);
+  EXPECT_NEAR(b[0].from - b[0].to, 2.0 * (a[0].from - a[0].to), 0.3) << "to scale";
+  EXPECT_NEAR(a[1].to - a[1].from, 0.5 * (a[0].from - a[0].to), 0.3) << "downward";
+}
+
 TEST(Plot, WithoutPointsOrWithHugeOnesIsWellFormed) {
   for (const std::vector<std::array<double, 2>>& points : {std::vector<std::array<double, 2>>{},
                                                            {{1e308, -1e308}},

@@ -140,7 +140,7 @@ TEST(ReportHtml, ShowsTheContentOfTheRecord) {
         "car: 23 frames of other stations were dropped by fault injection",
         "car: 29 frames were corrupted by fault injection",
         "car: 1031 frames were delayed by fault injection",
-        "Tick 9\u202F900, 9.900 s. Exposure value 12.5, images/camera-front-009900.png.",
+        "Tick 9900, 9.900 s.",
         "Exposure value 13.5, in daylight, since it sees no light of the world, without some lights",
         "since the world has too many, 3 pixels lack light, images/view-corner.png.",
         "y north"}) {
@@ -148,15 +148,15 @@ TEST(ReportHtml, ShowsTheContentOfTheRecord) {
   }
 }
 
-TEST(ReportHtml, ShowsTheLastImageOfEachCameraThatHasOne) {
+TEST(ReportHtml, ShowsViewsAndTheImagesOfSections) {
   const RunRecord record = test::full_record();
   const XmlElement page = parse_strictly(report_html(record));
   const auto images = page.all("img");
-  ASSERT_EQ(images.size(), 2U) << "the camera 'rear' has no image, and the first one is a view";
+  ASSERT_EQ(images.size(), 2U);
   EXPECT_EQ(images[0]->attributes.at("alt"), "the world, seen from corner");
   EXPECT_EQ(images[0]->attributes.at("src"), "data:image/png;base64," + record.views[0].image_png);
-  EXPECT_EQ(images[1]->attributes.at("src"), "data:image/png;base64," + record.cameras[0].last_image_png);
-  EXPECT_EQ(images[1]->attributes.at("alt"), "the last image of camera front");
+  EXPECT_EQ(images[1]->attributes.at("src"), "data:image/png;base64," + record.sections[0].images[0].png);
+  EXPECT_EQ(images[1]->attributes.at("alt"), "front");
 }
 
 TEST(ReportHtml, HasARowAndHistogramsForEachTask) {

@@ -69,6 +69,28 @@ TEST(ReportJson, HasTheDocumentedKeysAndNoOthers) {
   EXPECT_EQ(json.at("tasks").at(0).at("misses").at(0).at("lateness_ns"), 402'113);
 }
 
+TEST(ReportJson, ListsOfModulesKeepTheirValues) {
+  RunRecord record;
+  record.lists = {{.list = "pumps",
+                   .name = "p",
+                   .properties = {{"on", true},
+                                  {"starts", std::int64_t{-3}},
+                                  {"flow", 0.25},
+                                  {"unknown", not_known},
+                                  {"position_m", std::vector<double>{1.0, -2.5}},
+                                  {"state", std::string("running")}}},
+                  {.list = "valves", .name = "v", .properties = {}},
+                  {.list = "pumps", .name = "q", .properties = {}}};
+  const std::string text = report_json(record);
+  const auto lists = nlohmann::ordered_json::parse(text).at("lists");
+  EXPECT_EQ(lists.dump(),
+            R"({"pumps":[{"name":"p","on":true,"starts":-3,"flow":0.25,"unknown":null,)"
+            R"("position_m":[1.0,-2.5],"state":"running"},{"name":"q"}],"valves":[{"name":"v"}]})");
+  EXPECT_EQ(report_json(parse_report(text)), text);
+  const std::string damaged = std::string(text).replace(text.find("\"lists\": {"), 10, "\"lists\": [");
+  EXPECT_THROW(parse_report(damaged), ReportError);
+}
+
 TEST(WorldJson, IsReadBackToTheSameBytes) {
   WorldRecord world;
   world.scenario = "crossing";

@@ -365,6 +365,10 @@ RunRecord full_record() {
       {.name = "scan",
        .title = "What the scanner sees of a moving car",
        .text = "Each beam has its own instant.",
+       .images = {{.title = "front",
+                   .caption = "Tick 9900, 9.900 s.",
+                   .png = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4"
+                          "z8DA8J8BAAf/Af8Bf4mnAAAAAElFTkSuQmCC"}},
        .pictures = {scan_of_car("Motion ignored", "The car as it is in the middle of the scan.", 4.487),
                     scan_of_car("With the scan", "The car drives with the beam: elongated.", 5.9),
                     scan_of_car("Against the scan", "The car drives against the beam: compressed.", 3.6)},
@@ -396,18 +400,19 @@ RunRecord full_record() {
                    .file = "images/view-corner.png",
                    .image_png = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4"
                                 "z8DA8J8BAAf/Af8Bf4mnAAAAAElFTkSuQmCC"}};
-  record.cameras = {{.name = "front",
-                     .images = 301,
-                     .dropped = 5,
-                     .beyond_limit = 6,
-                     .missing_tiles = 7,
-                     .exposure_value = 12.5,
-                     .last_file = "images/camera-front-009900.png",
-                     .last_time_ns = 9'900 * millisecond,
-                     .last_tick = 9'900,
-                     .last_image_png = "iVBORw0KGgoAAAANSUhEUgAAAAIAAAABCAIAAAB7QOjdAAAAD0lEQVR4nGP4"
-                                       "z8DA8J8BAAf/Af8Bf4mnAAAAAElFTkSuQmCC"},
-                    {.name = "rear", .images = 20}};
+  record.lists = {{.list = "cameras",
+                   .name = "front",
+                   .properties = {{"images", std::int64_t{301}},
+                                  {"dropped", std::int64_t{5}},
+                                  {"beyond_limit", std::int64_t{6}},
+                                  {"missing_tiles", std::int64_t{7}},
+                                  {"exposure_value", 12.5},
+                                  {"last_file", std::string("images/camera-front-009900.png")},
+                                  {"last_time_ns", 9'900 * millisecond},
+                                  {"last_tick", std::int64_t{9'900}}}},
+                  {.list = "cameras",
+                   .name = "rear",
+                   .properties = {{"images", std::int64_t{20}}, {"last_time_ns", not_known}}}};
   record.recording = Recording{.file = "recording.mcap",
                                .bytes = 1'048'571,
                                .messages = 12'347,

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <vector>
 
+#include "runtime/modules/run_events.hpp"
 #include "tests/unit/runtime_run/counted_reads.hpp"
 
 namespace hil::run {
@@ -135,7 +136,7 @@ class AnyTransaction final : public rtstdb::Transaction {
 };
 
 /// Records its inputs; its output is its first input plus one.
-class Recorder final : public modules::Module {
+class Recorder final : public modules::WorldModule {
  public:
   Recorder() {
     ports_.inputs = {{.name = "in", .unit = "", .about = "x"},
@@ -143,10 +144,9 @@ class Recorder final : public modules::Module {
     ports_.outputs = {{.name = "out", .unit = "", .about = "x", .initial = 3.0},
                       {.name = "untouched", .unit = "", .about = "x", .initial = 4.0}};
   }
-  const modules::Ports& ports() const noexcept override { return ports_; }
-  void configure(modules::World& /*world*/, modules::EventLog& /*events*/,
-                 const modules::TaskParameters& /*task*/) override {}
-  void step(modules::StepContext& context) noexcept override {
+  const modules::WorldPorts& ports() const noexcept override { return ports_; }
+  void configure(modules::World& /*world*/, const modules::Setup& /*setup*/) override {}
+  void step(modules::WorldStep& context) noexcept override {
     seen = context;
     in = context.inputs[0];
     open = context.inputs[1];
@@ -157,14 +157,14 @@ class Recorder final : public modules::Module {
     if (queried != nullptr) context.execute(*queried, transaction_);
   }
 
-  modules::StepContext seen;
+  modules::WorldStep seen;
   signals::SignalValue in, open;
   double out_before = 0.0;
   rtstdb::Database* queried = nullptr;  ///< every step executes a transaction there
 
  private:
   AnyTransaction transaction_;
-  modules::Ports ports_;
+  modules::WorldPorts ports_;
 };
 
 class ModuleTasks : public ::testing::Test {
@@ -177,7 +177,7 @@ class ModuleTasks : public ::testing::Test {
   FakeDatabase database_;
   executive::VirtualClock executive_clock_;
   DeviceClock clock_{executive_clock_};
-  modules::EventLog events_;
+  modules::RunEvents events_;
   Recorder module_;
   ModuleTask task_{module_,    {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
                    5 * ms,     table_,

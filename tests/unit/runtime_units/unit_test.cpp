@@ -1,13 +1,12 @@
 // Units of signals and expressions.
 
-#include "runtime/units/unit.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "runtime/config/units.hpp"
+#include <hil/quantity.hpp>
+#include <hil/unit.hpp>
 
 namespace hil::units {
 namespace {
