@@ -84,6 +84,17 @@ function(hil_public_headers name)
   target_link_libraries(${name} INTERFACE ${LIBRARY_USES})
 endfunction()
 
+# Declares a plug-in NAME.so in the folder `plugins` of the build, which hil searches.
+function(hil_plugin name)
+  cmake_parse_arguments(PLUGIN "" "" "SOURCES" ${ARGN})
+  add_library(${name} MODULE ${PLUGIN_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE hil_compile_options hil::module)
+  set_target_properties(${name} PROPERTIES PREFIX ""
+    LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/plugins)
+  install(TARGETS ${name} LIBRARY DESTINATION lib/hil/plugins COMPONENT hil)
+endfunction()
+
 # One test program per folder of tests. ctest runs each of its suites as one test.
 #   LABEL    unit needs nothing but this computer, gpu needs a Vulkan device, system needs the built programs
 #            (and what its folder in tests/system names), long takes much time: tools/test --long alone builds

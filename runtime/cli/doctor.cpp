@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <vector>
 
 #include <rtstdb/database.hpp>
@@ -22,6 +23,7 @@
 #include "runtime/executive/histogram.hpp"
 #include "runtime/executive/machine.hpp"
 #include "runtime/executive/realtime.hpp"
+#include "runtime/plugins/plugins.hpp"
 #include "runtime/run/session.hpp"
 
 namespace hil::cli {
@@ -100,6 +102,23 @@ void check_buses() {
   }
 }
 
+/// Reads the files; runs nothing of them.
+void list_plugins() {
+  for (const std::filesystem::path& folder : plugins::plugin_folders()) {
+    std::error_code error;
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error))
+      if (entry.path().extension() == ".so") files.push_back(entry.path());
+    std::ranges::sort(files);
+    for (const std::filesystem::path& file : files) {
+      std::string fault;
+      const auto plugin = plugins::read_plugin(file, fault);
+      line("plug-in", plugin ? plugin->name + " " + plugin->version + ": " + plugin->path + ", " + plugin->hash
+                             : fault);
+    }
+  }
+}
+
 }  // namespace
 
 void add_doctor(CLI::App& app, int& exit_code) {
@@ -110,6 +129,7 @@ void add_doctor(CLI::App& app, int& exit_code) {
         [] {
           const bool gpu = check_gpus();
           check_buses();
+          list_plugins();
           measure_wakeups(check_scheduling());
           return flush_output("doctor", gpu ? run::exit_passed : run::exit_gpu_failed);
         },

@@ -1,4 +1,8 @@
 #include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include <hil/module.hpp>
 
@@ -8,6 +12,7 @@
 #include "runtime/config/parts_file.hpp"
 #include "runtime/config/schema_markdown.hpp"
 #include "runtime/modules/registry.hpp"
+#include "runtime/plugins/plugins.hpp"
 #include "runtime/run/session.hpp"
 #include "runtime/run/wiring.hpp"
 
@@ -16,7 +21,18 @@ namespace hil::cli {
 void add_keys(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("keys", "print every key of a scenario and of a register map, in Markdown");
-  command->callback([&exit_code] {
+  auto names = std::make_shared<std::vector<std::string>>();
+  command->add_option("--plugin", *names, "a plug-in, whose module types are listed too: a name or a path")
+      ->take_all();
+  command->callback([names, &exit_code] {
+    for (const std::string& name : *names) {
+      std::string fault;
+      const auto path = plugins::find_plugin(name, std::filesystem::current_path(), fault);
+      if (path && plugins::load_plugin(*path, fault)) continue;
+      std::fprintf(stderr, "hil keys: %s\n", fault.c_str());
+      exit_code = run::exit_bad_config;
+      return;
+    }
     std::printf("# Keys of a scenario\n\n%s\n",
                 config::schema_to_markdown(config::scenario_schema(run::scenario_types())).c_str());
     std::printf("\n# Files of parts, for `shape: {parts: ...}`\n\n%s\n",

@@ -34,7 +34,7 @@ std::optional<TreeNode> take(TreeNode& mapping, const std::string& key) {
 
 class Including {
  public:
-  Including(const Schema& schema, const ScenarioTypes& types, Diagnostics& diagnostics)
+  Including(const Schema& schema, TypesWithPlugins& types, Diagnostics& diagnostics)
       : schema_(schema), types_(types), diagnostics_(diagnostics) {}
 
   std::optional<TreeNode> build(const std::string& path, const std::shared_ptr<const SourceText>& source) {
@@ -50,8 +50,9 @@ class Including {
     if (files) include(*files, *tree);
     // Without a file the rest has mistakes that are none.
     if (diagnostics_.count() != before) return std::nullopt;
-    if (additions) apply_settings(*tree, schema_, *additions, SettingsKey::add, types_, diagnostics_);
-    if (settings) apply_settings(*tree, schema_, *settings, SettingsKey::set, types_, diagnostics_);
+    types_.add_plugins(*tree, diagnostics_);
+    if (additions) apply_settings(*tree, schema_, *additions, SettingsKey::add, types_.types, diagnostics_);
+    if (settings) apply_settings(*tree, schema_, *settings, SettingsKey::set, types_.types, diagnostics_);
     return tree;
   }
 
@@ -150,7 +151,7 @@ class Including {
   }
 
   const Schema& schema_;
-  const ScenarioTypes& types_;
+  TypesWithPlugins& types_;
   Diagnostics& diagnostics_;
   std::map<std::string, std::string> included_;  ///< names by their canonical paths
 };
@@ -159,7 +160,7 @@ class Including {
 
 std::optional<TreeNode> build_tree_with_includes(const std::string& path,
                                                  const std::shared_ptr<const SourceText>& source,
-                                                 const Schema& schema, const ScenarioTypes& types,
+                                                 const Schema& schema, TypesWithPlugins& types,
                                                  Diagnostics& diagnostics) {
   return Including(schema, types, diagnostics).build(path, source);
 }

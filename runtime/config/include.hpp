@@ -15,6 +15,7 @@
 #include <hil/diagnostics.hpp>
 #include <hil/schema.hpp>
 
+#include "runtime/config/plugins_section.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/contract/source_text.hpp"
 #include "runtime/contract/tree.hpp"
@@ -27,7 +28,7 @@ inline constexpr std::size_t max_included_files = 100;
 /// mistake that leaves no tree to check. `path`: of the source, so that no file includes itself.
 std::optional<TreeNode> build_tree_with_includes(const std::string& path,
                                                  const std::shared_ptr<const SourceText>& source,
-                                                 const Schema& schema, const ScenarioTypes& types,
+                                                 const Schema& schema, TypesWithPlugins& types,
                                                  Diagnostics& diagnostics);
 
 }  // namespace hil::config

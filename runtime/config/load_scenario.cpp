@@ -5,6 +5,7 @@
 
 #include "runtime/config/include.hpp"
 #include "runtime/config/overrides.hpp"
+#include "runtime/config/plugins_section.hpp"
 #include "runtime/config/section_readers.hpp"
 
 namespace hil::config {
@@ -23,12 +24,14 @@ bool is_sound_without_expectations_and_plots(TreeNode tree, const Schema& schema
 }  // namespace
 
 std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span<const std::string> overrides,
-                                              const ScenarioTypes& types, Diagnostics& diagnostics) {
+                                              const ScenarioTypes& of_program, Diagnostics& diagnostics) {
   const std::size_t mistakes_before = diagnostics.count();
+  TypesWithPlugins with_plugins(of_program);
+  const ScenarioTypes& types = with_plugins.types;
   const std::shared_ptr<const SourceText> source = read_source(path, diagnostics);
   if (!source) return std::nullopt;
   const Schema schema = scenario_schema(types);
-  std::optional<TreeNode> tree = build_tree_with_includes(path, source, schema, types, diagnostics);
+  std::optional<TreeNode> tree = build_tree_with_includes(path, source, schema, with_plugins, diagnostics);
   if (!tree) return std::nullopt;
   apply_overrides(*tree, schema, overrides, types, diagnostics);
   bool sound = diagnostics.count() == mistakes_before;
@@ -37,6 +40,8 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
     if (const TreeNode* late = tree->find(key))
       diagnostics.add(late->place(), std::string("'") + key + "' can not be set on the command line");
   }
+  if (const TreeNode* late = with_plugins.entry_of_override(*tree))
+    diagnostics.add(late->place(), "'plugins' can not be set on the command line");
   const std::optional<Value> root = check_tree(*tree, schema, diagnostics);
   if (!root) return std::nullopt;
   if (diagnostics.count() != mistakes_before)
@@ -47,6 +52,7 @@ std::optional<Scenario> load_scenario_to_wire(const std::string& path, std::span
   scenario.file = std::filesystem::absolute(path, error).lexically_normal().string();
   ReaderContext reading{.diagnostics = diagnostics, .types = types};
   const std::size_t mistakes_of_schema = diagnostics.count();
+  scenario.plugins = std::move(with_plugins.plugins);
   read_general(*root, scenario, reading);
   read_world(*root, scenario, reading);
   read_tasks(*root, scenario, reading);

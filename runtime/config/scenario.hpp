@@ -7,6 +7,8 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -19,6 +21,7 @@
 #include <hil/schema.hpp>
 #include <hil/world/relation.hpp>
 
+#include "runtime/contract/plugin_identity.hpp"
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/expectation_section.hpp"
 #include "runtime/config/expression.hpp"
@@ -267,6 +270,7 @@ struct Scenario {
   ClockKind clock = ClockKind::realtime;
   std::uint64_t seed = 0;
   bool writes_trace = true;
+  std::vector<plugins::PluginIdentity> plugins;
   Realtime realtime;
   World world;
   std::vector<VariableSection> variables;
@@ -283,10 +287,21 @@ struct Scenario {
 /// Module types by their name in `type:`, each with the schema of its parameters.
 using SchemaOfModules = std::map<std::string, Schema>;
 
+/// A plug-in that was loaded, and its module types.
+struct PluginTypes {
+  plugins::PluginIdentity plugin;
+  SchemaOfModules modules;
+};
+/// Loads a plug-in of an entry of `plugins`. `folder`: of the file with the entry. Empty with a sentence in
+/// `fault`.
+using LoadPlugin = std::function<std::optional<PluginTypes>(
+    const std::string& entry, const std::filesystem::path& folder, std::string& fault)>;
+
 /// The types that scenarios name and this folder does not know. A scenario refers to its bus types: they
 /// outlive it.
 struct ScenarioTypes {
-  SchemaOfModules modules{};
+  SchemaOfModules modules{};  ///< without those of plug-ins
+  LoadPlugin load_plugin{};
   std::span<const BusSectionType> buses{};
   std::span<const ExpectationKind> expectations{};
   TableClaims table_claims{};

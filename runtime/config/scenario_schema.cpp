@@ -7,6 +7,7 @@
 
 #include <hil/rotation.hpp>
 
+#include "runtime/config/plugins_section.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/test_table_file.hpp"
@@ -370,6 +371,10 @@ Schema scenario_schema(const ScenarioTypes& types) {
       Field::with_default("trace", Schema::boolean(), "true",
                           "Whether the run writes trace.json, the ticks and steps of its last 10 s."),
       Field::with_default("realtime", realtime_schema(buses), "{}", "The scheduling of the run's threads."),
+      Field::with_default("plugins", plugins_schema(), "[]",
+                          "Libraries with module types. A name is that of NAME.so in a folder of "
+                          "HIL_PLUGIN_PATH, in plugins/ or in lib/hil/plugins/ beside the folder of hil; one "
+                          "with '/' is a path relative to this file."),
       Field::optional("include", Schema::list(Schema::file()),
                       "Files with parts of the scenario. Entries of their lists come first; where a file "
                       "includes another one and both have a value, its own counts."),

@@ -11,6 +11,8 @@
 
 #include <hil/record.hpp>
 
+#include "runtime/contract/plugin_identity.hpp"
+
 namespace hil::contribution {
 
 /// Named as in the scenario: "house_1", "traffic.ego".
@@ -33,6 +35,7 @@ struct WorldRecord {
   std::string scenario;
   std::string database_id;  ///< of the log that the names belong to, in hexadecimal; empty: there is no log
   std::int64_t period_ns = 0;       ///< of the base rate
+  std::vector<plugins::PluginIdentity> plugins;
   std::vector<std::string> layers;  ///< by bit of the masks
   std::vector<NamedEntity> entities;
   std::vector<FieldRecord> fields;

@@ -16,7 +16,7 @@
 #include <rtstdb/database.hpp>
 
 #include "runtime/history/run_history.hpp"
-#include "runtime/modules/beam_query.hpp"
+#include <hil/world/beam_query.hpp>
 #include "runtime/modules/still_image.hpp"
 
 namespace hil::history {

@@ -10,6 +10,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/modules/registry.hpp"
+#include "runtime/plugins/plugins.hpp"
 #include "runtime/report/quantities.hpp"
 #include "runtime/report/report_files.hpp"
 
@@ -64,6 +65,19 @@ contribution::WorldRecord load_names(const fs::path& directory) {
   } catch (const report::ReportError& fault) {
     throw HistoryError(Kind::file, fault.what());
   }
+}
+
+/// The sentences why plug-ins of the run can not be used again; empty: all are loaded.
+std::string load_plugins(const contribution::WorldRecord& world) {
+  std::string faults;
+  for (const plugins::PluginIdentity& plugin : world.plugins) {
+    std::string fault;
+    const auto loaded = plugins::load_plugin(plugin.path, fault);
+    if (loaded && loaded->identity.hash != plugin.hash)
+      fault = "plug-in " + plugin.name + " (" + plugin.path + ") is not the file of the run";
+    if (!fault.empty()) faults += (faults.empty() ? "" : "; ") + fault;
+  }
+  return faults;
 }
 
 std::vector<std::unique_ptr<modules::RecordedScanner>> scanners_of(const contribution::WorldRecord& world) {
@@ -121,6 +135,7 @@ void RunHistory::load_world(const fs::path& directory) {
   };
   try {
     contribution::WorldRecord world = load_names(directory);
+    if (const std::string fault = load_plugins(world); !fault.empty()) handle(fault);
     auto scanners = scanners_of(world);
     cameras_ = cameras_of(world);
     scanners_ = std::move(scanners);

@@ -17,7 +17,7 @@
 #include "runtime/history/history_error.hpp"
 #include "runtime/history/run_log.hpp"
 #include "runtime/modules/recorded_camera.hpp"
-#include "runtime/modules/recorded_scanner.hpp"
+#include <hil/world/recorded_scanner.hpp>
 
 namespace hil::history {
 

@@ -2,19 +2,36 @@
 
 #include <algorithm>
 
+#include <hil/require.hpp>
+
 namespace hil::modules {
 
 #define MODULE(folder) ModuleType folder##_type();
 #include "runtime/modules/table.def"
 #undef MODULE
 
-const std::vector<ModuleType>& module_types() {
+namespace {
+
+std::deque<ModuleType>& all_types() {
 #define MODULE(folder) folder##_type(),
-  static const std::vector<ModuleType> types{
+  static std::deque<ModuleType> types{
 #include "runtime/modules/table.def"
   };
 #undef MODULE
   return types;
+}
+
+}  // namespace
+
+const std::deque<ModuleType>& module_types() {
+  return all_types();
+}
+
+void add_module_types(const std::vector<ModuleType>& types) {
+  for (const ModuleType& type : types) {
+    config::require(find_module_type(type.name) == nullptr, "module types have different names");
+    all_types().push_back(type);
+  }
 }
 
 const ModuleType* find_module_type(const std::string& name) {

@@ -442,6 +442,14 @@ void each_field(T& recording, Visit&& visit) {
   visit("not_recorded", recording.not_recorded);
 }
 
+template <Is<plugins::PluginIdentity> T, class Visit>
+void each_field(T& plugin, Visit&& visit) {
+  visit("name", plugin.name);
+  visit("version", plugin.version);
+  visit("path", plugin.path);
+  visit("hash", plugin.hash);
+}
+
 template <Is<RunRecord> T, class Visit>
 void each_field(T& record, Visit&& visit) {
   visit("scenario", record.scenario);
@@ -449,6 +457,7 @@ void each_field(T& record, Visit&& visit) {
   visit("reason", record.reason);
   visit("exit_code", record.exit_code);
   visit("program_version", record.program_version);
+  visit("plugins", record.plugins);
   visit("clock", record.clock);
   visit("ticks", record.ticks);
   visit("skipped_ticks", record.skipped_ticks);
@@ -508,6 +517,7 @@ void each_field(T& world, Visit&& visit) {
   visit("scenario", world.scenario);
   visit("database_id", world.database_id);
   visit("period_ns", world.period_ns);
+  visit("plugins", world.plugins);
   visit("layers", world.layers);
   visit("entities", world.entities);
   visit("fields", world.fields);

@@ -24,7 +24,7 @@ namespace hil::report {
 using contribution::WorldRecord;
 
 /// Written into world.json. A file with another number is refused.
-inline constexpr int world_schema_version = 3;
+inline constexpr int world_schema_version = 4;
 
 /// What could not be read or written, with the file or the place in it and why.
 class ReportError : public std::runtime_error {

@@ -16,6 +16,7 @@
 
 #include <hil/contribution.hpp>
 
+#include "runtime/contract/plugin_identity.hpp"
 #include "runtime/contribution/bus_record.hpp"
 #include "runtime/report/signal_plot_record.hpp"
 
@@ -376,6 +377,7 @@ struct RunRecord {
   std::string reason;  ///< why, in one sentence
   int exit_code = 0;
   std::string program_version;
+  std::vector<plugins::PluginIdentity> plugins;
   std::string clock;                ///< "realtime" or "virtual"
   std::uint64_t ticks = 0;          ///< executed
   std::uint64_t skipped_ticks = 0;  ///< not executed, since they were too late

@@ -126,6 +126,7 @@ void RunWorld::open_database() {
 void RunWorld::write_world_record() const {
   contribution::WorldRecord record;
   record.scenario = context_.scenario.name;
+  record.plugins = context_.scenario.plugins;
   if (const std::uint64_t id = database_->durability().database_id; id != 0)
     record.database_id = report::id_text(id);
   record.period_ns = context_.scenario.base_period_ns;

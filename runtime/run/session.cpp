@@ -69,6 +69,7 @@ void describe(const config::Scenario& scenario, const SessionOptions& options, r
   record.seed = scenario.seed;
   record.overrides = options.overrides;
   record.program_version = HIL_VERSION;
+  record.plugins = scenario.plugins;
   record.buses = buses::empty_groups();
 }
 

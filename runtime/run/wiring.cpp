@@ -5,6 +5,7 @@
 
 #include "runtime/expectations/kinds.hpp"
 #include "runtime/modules/registry.hpp"
+#include "runtime/plugins/plugins.hpp"
 #include "runtime/recording/signal_selection.hpp"
 #include "runtime/run/relation_wiring.hpp"
 #include "runtime/run/world_wiring.hpp"
@@ -283,6 +284,18 @@ void check_plots(const config::Scenario& scenario, const KnownSignals& known, Di
   }
 }
 
+std::optional<config::PluginTypes> load_plugin(const std::string& entry, const std::filesystem::path& folder,
+                                               std::string& fault) {
+  const auto path = plugins::find_plugin(entry, folder, fault);
+  if (!path) return std::nullopt;
+  const auto loaded = plugins::load_plugin(*path, fault);
+  if (!loaded) return std::nullopt;
+  config::PluginTypes types{.plugin = loaded->identity, .modules = {}};
+  for (const std::string& type : loaded->types)
+    types.modules.emplace(type, modules::find_module_type(type)->parameters);
+  return types;
+}
+
 }  // namespace
 
 modules::TaskParameters task_parameters(const config::Scenario& scenario,
@@ -299,11 +312,12 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
 
 config::ScenarioTypes scenario_types() {
   config::ScenarioTypes types{.modules = {},
+                              .load_plugin = load_plugin,
                               .buses = buses::section_types(),
                               .expectations = expectations::kinds(),
                               .table_claims = expectations::table_claims()};
   for (const modules::ModuleType& type : modules::module_types())
-    types.modules.emplace(type.name, type.parameters);
+    if (plugins::plugin_of(type.name).empty()) types.modules.emplace(type.name, type.parameters);
   return types;
 }
 

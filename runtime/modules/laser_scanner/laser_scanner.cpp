@@ -14,10 +14,10 @@
 #include <hil/world/world_module.hpp>
 
 #include "runtime/modules/answer_digest.hpp"
-#include "runtime/modules/beam_query.hpp"
+#include <hil/world/beam_query.hpp>
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
-#include "runtime/modules/laser_scanner/receiver.hpp"
+#include <hil/world/receiver.hpp>
 #include "runtime/modules/laser_scanner/recorded_laser_scanner.hpp"
 #include "runtime/modules/laser_scanner/return_statistics.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
@@ -71,7 +71,7 @@ class LaserScanner final : public WorldModule {
   rtstdb::EntityId carrier_;
   std::uint32_t mask_ = 0, object_mask_ = 0;
   std::optional<SweepComparison> comparison_;
-  std::vector<std::optional<BodyMotion>> compared_motion_;
+  std::vector<std::optional<ComparedMotion>> compared_motion_;
 
   std::string instance_;
   std::int64_t step_ns_ = 0;
@@ -178,7 +178,7 @@ void LaserScanner::begin_sweep(const WorldStep& context) noexcept {
     if (state == nullptr) continue;
     const rtstdb::Motion motion = motion_at_begin(*state);
     const glm::dvec3 ahead = motion.q_world * glm::dvec3(1.0, 0.0, 0.0);
-    compared_motion_[i] = BodyMotion{.center = {glm::dvec2(motion.p_world_m), glm::dvec2(motion.v_world_mps)},
+    compared_motion_[i] = ComparedMotion{.center = {glm::dvec2(motion.p_world_m), glm::dvec2(motion.v_world_mps)},
                                      .heading_rad = std::atan2(ahead.y, ahead.x)};
   }
   comparison_->begin_sweep(clock_.sweep_begin_ns(),

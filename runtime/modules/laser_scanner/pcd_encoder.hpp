@@ -1,8 +1,8 @@
 #pragma once
-// Point clouds as files pointclouds/<module>-<number>.pcd of a run: PCD files, version 0.7, binary, the format
-// of the Point Cloud Library, which its viewer, CloudCompare, Open3D and others read. Fields, in this order:
-// x y z (m, sensor frame), intensity (1/m^2), fraction, column, row, return, entity, material, time (s of run
-// time). VIEWPOINT is the pose of the sensor in the world at the begin of the sweep.
+// Point clouds as files pointclouds/<module>-<number>.pcd of a run: PCD files, version 0.7, binary, the
+// format of the Point Cloud Library, which its viewer, CloudCompare, Open3D and others read. Fields, in this
+// order: x y z (m, sensor frame), intensity (1/m^2), fraction, column, row, return, entity, material, time (s
+// of run time). VIEWPOINT is the pose of the sensor in the world at the begin of the sweep.
 //
 // Source: https://pointclouds.org/documentation/tutorials/pcd_file_format.html
 // Threads: as hil/file_stream.hpp.

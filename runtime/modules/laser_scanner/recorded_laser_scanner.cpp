@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "runtime/modules/laser_scanner/receiver.hpp"
+#include <hil/world/receiver.hpp>
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
 
 namespace hil::modules {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "runtime/contribution/world_record.hpp"
-#include "runtime/modules/recorded_scanner.hpp"
+#include <hil/world/recorded_scanner.hpp>
 
 namespace hil::modules {
 

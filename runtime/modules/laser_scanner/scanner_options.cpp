@@ -6,7 +6,7 @@
 #include <hil/world/vector_parameter.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/modules/beam_query.hpp"
+#include <hil/world/beam_query.hpp>
 #include "runtime/modules/laser_scanner/target_list.hpp"
 
 namespace hil::modules {

@@ -33,7 +33,7 @@ SweepComparison::SweepComparison(const ScanPattern& pattern, std::vector<Compare
 }
 
 void SweepComparison::begin_sweep(std::int64_t begin_ns, const SensorMotion& sensor,
-                                  std::span<const std::optional<BodyMotion>> bodies) noexcept {
+                                  std::span<const std::optional<ComparedMotion>> bodies) noexcept {
   begin_ns_ = begin_ns;
   sensor_ = sensor;
   for (std::size_t i = 0; i < measurements_.size(); ++i) {
@@ -108,7 +108,7 @@ void SweepComparison::evaluate(std::size_t body) noexcept {
   Finding& finding = findings_[body];
   if (finding.complete || !measured.motion || measured.too_many) return;
   const ComparedBody& facts = bodies_[body];
-  const BodyMotion& motion = *measured.motion;
+  const ComparedMotion& motion = *measured.motion;
   const auto still = measure(measured.still, motion.heading_rad);
   const auto moving = measure(measured.moving, motion.heading_rad);
   if (!still || !moving) return;

@@ -28,7 +28,7 @@ struct ComparedBody {
 };
 
 /// The motion of a body at the start of a sweep.
-struct BodyMotion {
+struct ComparedMotion {
   MovingPoint center;
   double heading_rad = 0.0;
 };
@@ -57,7 +57,7 @@ class SweepComparison {
   /// The motions of the sensor and of the bodies, in the order of construction, at the start of the sweep;
   /// empty for a body that is deleted.
   void begin_sweep(std::int64_t begin_ns, const SensorMotion& sensor,
-                   std::span<const std::optional<BodyMotion>> bodies) noexcept;
+                   std::span<const std::optional<ComparedMotion>> bodies) noexcept;
   /// A hit of beam (column, row); `still`: in the sweep without motion.
   void add_hit(const rtstdb::RayHit& hit, std::uint32_t column, std::uint32_t row, bool still) noexcept;
   void end_sweep() noexcept;
@@ -72,7 +72,7 @@ class SweepComparison {
     bool side = false;  ///< on the side of the body: an upright face along its direction of travel
   };
   struct Measurements {
-    std::optional<BodyMotion> motion;
+    std::optional<ComparedMotion> motion;
     std::vector<Point> moving, still;
     bool too_many = false;
   };

@@ -253,6 +253,8 @@ void origin_section(Markup& out, const RunRecord& record) {
   }
   if (record.recording) table.row({{"Recording", "key"}, recording_text(*record.recording)});
   table.row({{"hil", "key"}, record.program_version});
+  for (const plugins::PluginIdentity& plugin : record.plugins)
+    table.row({{"Plug-in " + plugin.name, "key"}, plugin.version + ", " + plugin.path + ", " + plugin.hash});
   table.end();
   out.close();
 }

@@ -5,6 +5,7 @@
 
 #include <numbers>
 
+#include "configs/docking/modules/docking.hpp"
 #include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
@@ -49,7 +50,7 @@ class DockingPortModule : public test::ModuleFixture {
                                  const std::string& more = "") {
     world_->create(name, row);
     const auto module =
-        make(*find_module_type("docking_port"),
+        make(docking_port_type(),
              "{target: {body: station}, chaser: {body: " + name + ", position: [1 m, 0 m, 0 m]}" + more + "}",
              {.instance = "port", .period_ns = period_ns});
     EXPECT_NE(module, nullptr) << diagnostics_.to_text();

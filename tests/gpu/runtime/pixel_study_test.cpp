@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "configs/docking/modules/docking.hpp"
 #include "tests/gpu/runtime/module_fixture.hpp"
 
 namespace hil::modules {
@@ -52,7 +53,7 @@ class PixelStudyModule : public test::ModuleFixture {
 };
 
 TEST_F(PixelStudyModule, TilingBeamsDetectAndFewRaysDoNot) {
-  const auto module = make(*find_module_type("pixel_study"),
+  const auto module = make(pixel_study_type(),
                            parameters("samples: [1, 256], beams: [0.0885 deg]"), {.instance = "study"});
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   allocation_guard::reset();
@@ -98,7 +99,7 @@ TEST_F(PixelStudyModule, RefusesAReflectorThatIsInNoLayerOrMoves) {
     std::string text = parameters("samples: [1]");
     text.replace(text.find("disc,"), 4, reflector);
     try {
-      make(*find_module_type("pixel_study"), text, {.instance = "study"});
+      make(pixel_study_type(), text, {.instance = "study"});
     } catch (const SetupError& error) {
       return std::string(error.what());
     }
@@ -119,7 +120,7 @@ TEST_F(PixelStudyModule, RefusesAReflectorThatIsInNoLayerOrMoves) {
 TEST_F(PixelStudyModule, ThresholdIsAboveTheIntensityOfTheBeam) {
   // 0.9 * 300 * (5 mm)^2 / (10 m * 0.77 mrad)^2 / (10 m)^2 = 1.1 / m^2 at most.
   const auto module =
-      make(*find_module_type("pixel_study"), parameters("beams: [0.0885 deg], threshold: 1.3, images: false"),
+      make(pixel_study_type(), parameters("beams: [0.0885 deg], threshold: 1.3, images: false"),
            {.instance = "study"});
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   EXPECT_EQ(run(*module)[tiling_beams_missed], 2.0);

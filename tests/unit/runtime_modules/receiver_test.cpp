@@ -1,6 +1,6 @@
 // The receiver of a laser scanner against closed forms: intensities, the threshold, and the noise of ranges.
 
-#include "runtime/modules/laser_scanner/receiver.hpp"
+#include <hil/world/receiver.hpp>
 
 #include <gtest/gtest.h>
 

@@ -42,11 +42,6 @@ const char* const detectors =
     "{layers: [a], loops: {near: {center: [0 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}, "
     "far: {center: [9 m, 0 m, 0 m], size: [1 m, 1 m, 1 m]}}}";
 const char* const free_body = "{body: a, mass: 12 t, inertia: [50 t m2, 60 t m2, 60 t m2]}";
-const char* const docking_port =
-    "{target: {body: a, axis: [0, -1, 0]}, chaser: {body: b, position: [2 m, 0 m, 0 m]}}";
-const char* const pixel_study =
-    "{port: {body: a}, reflector: b, reflector_size: 4 mm, distances: [20 m], samples: [16, 1], "
-    "beams: [0.02 deg], layers: [x]}";
 const char* const rigid_bodies =
     "{bodies: [{body: a}, {body: b, mass: 1 kg, inertia: {sphere: {radius: 1 m}}}], stiffness: 1 kN/m, "
     "damping: 1 N s/m}";
@@ -76,8 +71,6 @@ TEST(Registry, EveryModuleDescribesItsPorts) {
                                                       {"detectors", detectors},
                                                       {"collision", collision},
                                                       {"free_body", free_body},
-                                                      {"pixel_study", pixel_study},
-                                                      {"docking_port", docking_port},
                                                       {"rigid_bodies", rigid_bodies},
                                                       {"block", block},
                                                       {"spatial_relations", "{}"},
@@ -156,65 +149,6 @@ TEST(Registry, InertiaThatNoBodyHasIsAMistakeAtItsPlace) {
     EXPECT_EQ(diagnostics.mistakes()[0].place.line, 3U);
     EXPECT_NE(diagnostics.mistakes()[0].message.find(message), std::string::npos) << diagnostics.to_text();
   }
-}
-
-TEST(Registry, StudyWhoseValuesDoNotFitTogetherIsAMistake) {
-  const std::string whole =
-      "port: {body: a}\nreflector: b\nreflector_size: 4 mm\ndistances: [20 m]\nlayers: [x]\n";
-  const std::pair<const char*, const char*> bad[] = {
-      {"samples: [15]", "15 samples are no square of whole numbers; the nearest one is 16"},
-      {"samples: [4]\nneeded_shifts: 11", "'needed_shifts' is 11 of 10 'shifts'"},
-      {"samples: [4, 16, 4]", "4 rays is given twice"},
-      {"beams: [1 deg, 1.0000001 deg]", "beam of 1° is given twice"},
-      {"samples: [4]\nrange: 19 m", "a distance of 20 m is beyond the 'range' of 19 m"},
-      {"shifts: 9", "neither 'samples' nor 'beams'"}};
-  for (const auto& [more, message] : bad) {
-    config::Diagnostics diagnostics;
-    EXPECT_EQ(create("pixel_study", whole + more, diagnostics), nullptr);
-    EXPECT_NE(diagnostics.to_text().find(message), std::string::npos) << diagnostics.to_text();
-  }
-}
-
-TEST(Registry, StudyWithMoreImagesThanMemoryIsAMistake) {
-  const std::string whole =
-      "port: {body: a}\nreflector: b\nreflector_size: 4 mm\nlayers: [x]\npixels: 4096\nsamples: [1, 4, 9, "
-      "16]\n"
-      "distances: [";
-  std::string distances = "1 m";
-  for (int i = 2; i <= 33; ++i)
-    distances += ", " + std::to_string(i) + " m";
-  config::Diagnostics diagnostics;
-  EXPECT_EQ(create("pixel_study", whole + distances + "]", diagnostics), nullptr);
-  EXPECT_NE(diagnostics.to_text().find("take 2214592512 bytes; at most 2147483648"), std::string::npos)
-      << diagnostics.to_text();
-  config::Diagnostics none;
-  EXPECT_NE(create("pixel_study", whole + distances + "]\nimages: false", none), nullptr) << none.to_text();
-}
-
-TEST(Registry, PortThatCanNotCaptureIsAMistake) {
-  config::Diagnostics diagnostics;
-  EXPECT_EQ(create("docking_port", "{target: {body: a}, chaser: {body: a}}", diagnostics), nullptr);
-  EXPECT_NE(diagnostics.to_text().find("'a' can not dock at itself"), std::string::npos);
-  const auto fault_at = [](std::int64_t period_ns) {
-    config::Diagnostics faults;
-    const ModuleType& type = *find_module_type("docking_port");
-    const auto parameters =
-        config::parse_text("test.yaml", "{target: {body: a}, chaser: {body: b}, capture: {distance: 1 mm}}",
-                           type.parameters, faults);
-    type.create(*parameters, {.instance = "port", .period_ns = period_ns}, faults);
-    return faults.to_text();
-  };
-  EXPECT_EQ(fault_at(10'000'000), "");
-  EXPECT_NE(fault_at(50'000'000).find("the chaser moves by up to 5 mm in a step"), std::string::npos)
-      << fault_at(50'000'000);
-}
-
-TEST(Registry, PortWithoutDirectionIsAMistake) {
-  config::Diagnostics diagnostics;
-  EXPECT_EQ(create("docking_port", "{target: {body: a, axis: [0, 0, 0]}, chaser: {body: b}}", diagnostics),
-            nullptr);
-  ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
-  EXPECT_NE(diagnostics.mistakes()[0].message.find("'axis' has no direction"), std::string::npos);
 }
 
 TEST(Registry, ScannerHasFourOutputsForEachTarget) {

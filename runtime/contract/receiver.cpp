@@ -1,4 +1,4 @@
-#include "runtime/modules/laser_scanner/receiver.hpp"
+#include <hil/world/receiver.hpp>
 
 #include <glm/geometric.hpp>
 

@@ -1,4 +1,4 @@
-#include "runtime/modules/pixel_study/study_options.hpp"
+#include "configs/docking/modules/pixel_study/study_options.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,7 +6,7 @@
 
 #include <hil/numbers.hpp>
 
-#include "runtime/modules/docking_port/port_parameter.hpp"
+#include "configs/docking/modules/docking_port/port_parameter.hpp"
 
 namespace hil::modules {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <hil/contribution.hpp>
 
-#include "runtime/modules/pixel_study/study_options.hpp"
+#include "configs/docking/modules/pixel_study/study_options.hpp"
 
 namespace hil::modules {
 

@@ -12,7 +12,7 @@
 
 #include <rtstdb/material.hpp>
 
-#include "runtime/modules/beam_return.hpp"
+#include <hil/world/beam_return.hpp>
 
 namespace hil::modules {
 

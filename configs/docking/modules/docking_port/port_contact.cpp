@@ -1,4 +1,4 @@
-#include "runtime/modules/docking_port/port_contact.hpp"
+#include "configs/docking/modules/docking_port/port_contact.hpp"
 
 #include <algorithm>
 #include <utility>

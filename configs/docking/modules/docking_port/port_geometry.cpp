@@ -1,4 +1,4 @@
-#include "runtime/modules/docking_port/port_geometry.hpp"
+#include "configs/docking/modules/docking_port/port_geometry.hpp"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>

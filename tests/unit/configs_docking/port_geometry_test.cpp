@@ -1,6 +1,6 @@
 // Where a docking port is relative to another one.
 
-#include "runtime/modules/docking_port/port_geometry.hpp"
+#include "configs/docking/modules/docking_port/port_geometry.hpp"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>

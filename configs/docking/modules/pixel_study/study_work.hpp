@@ -12,8 +12,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/modules/pixel_study/pixel_grid.hpp"
-#include "runtime/modules/pixel_study/study_options.hpp"
+#include "configs/docking/modules/pixel_study/pixel_grid.hpp"
+#include "configs/docking/modules/pixel_study/study_options.hpp"
 
 namespace hil::modules {
 

@@ -1,4 +1,4 @@
-#include "runtime/modules/pixel_study/study_images.hpp"
+#include "configs/docking/modules/pixel_study/study_images.hpp"
 
 #include <algorithm>
 #include <cmath>

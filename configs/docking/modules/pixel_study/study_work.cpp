@@ -1,4 +1,4 @@
-#include "runtime/modules/pixel_study/study_work.hpp"
+#include "configs/docking/modules/pixel_study/study_work.hpp"
 
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>

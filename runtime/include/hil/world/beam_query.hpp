@@ -11,7 +11,7 @@
 
 #include <rtstdb/database.hpp>
 
-#include "runtime/modules/beam_return.hpp"
+#include <hil/world/beam_return.hpp>
 
 namespace hil::modules {
 

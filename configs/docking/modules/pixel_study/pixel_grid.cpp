@@ -1,4 +1,4 @@
-#include "runtime/modules/pixel_study/pixel_grid.hpp"
+#include "configs/docking/modules/pixel_study/pixel_grid.hpp"
 
 #include <algorithm>
 #include <cmath>

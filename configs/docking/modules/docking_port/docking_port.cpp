@@ -23,9 +23,10 @@
 #include <hil/numbers.hpp>
 #include <hil/world/world_module.hpp>
 
-#include "runtime/modules/docking_port/port_contact.hpp"
-#include "runtime/modules/docking_port/port_geometry.hpp"
-#include "runtime/modules/docking_port/port_parameter.hpp"
+#include "configs/docking/modules/docking.hpp"
+#include "configs/docking/modules/docking_port/port_contact.hpp"
+#include "configs/docking/modules/docking_port/port_geometry.hpp"
+#include "configs/docking/modules/docking_port/port_parameter.hpp"
 
 namespace hil::modules {
 namespace {

@@ -12,8 +12,8 @@
 #include <set>
 #include <vector>
 
-#include "runtime/modules/pixel_study/study_result.hpp"
-#include "runtime/modules/pixel_study/study_work.hpp"
+#include "configs/docking/modules/pixel_study/study_result.hpp"
+#include "configs/docking/modules/pixel_study/study_work.hpp"
 
 namespace hil::modules {
 namespace {

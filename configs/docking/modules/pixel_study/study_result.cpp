@@ -1,4 +1,4 @@
-#include "runtime/modules/pixel_study/study_result.hpp"
+#include "configs/docking/modules/pixel_study/study_result.hpp"
 
 #include <cmath>
 #include <numbers>

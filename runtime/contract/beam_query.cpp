@@ -1,4 +1,4 @@
-#include "runtime/modules/beam_query.hpp"
+#include <hil/world/beam_query.hpp>
 
 #include <utility>
 

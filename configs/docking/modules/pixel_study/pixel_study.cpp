@@ -21,11 +21,12 @@
 #include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
-#include "runtime/modules/beam_query.hpp"
-#include "runtime/modules/laser_scanner/receiver.hpp"
-#include "runtime/modules/pixel_study/study_images.hpp"
-#include "runtime/modules/pixel_study/study_result.hpp"
-#include "runtime/modules/pixel_study/study_work.hpp"
+#include <hil/world/beam_query.hpp>
+#include <hil/world/receiver.hpp>
+#include "configs/docking/modules/docking.hpp"
+#include "configs/docking/modules/pixel_study/study_images.hpp"
+#include "configs/docking/modules/pixel_study/study_result.hpp"
+#include "configs/docking/modules/pixel_study/study_work.hpp"
 
 namespace hil::modules {
 namespace {

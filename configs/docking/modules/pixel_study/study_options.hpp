@@ -11,7 +11,7 @@
 #include <hil/schema.hpp>
 #include <rtstdb/query.hpp>
 
-#include "runtime/modules/docking_port/port_geometry.hpp"
+#include "configs/docking/modules/docking_port/port_geometry.hpp"
 
 namespace hil::modules {
 

@@ -9,8 +9,8 @@
 
 #include <hil/section.hpp>
 
-#include "runtime/modules/pixel_study/pixel_grid.hpp"
-#include "runtime/modules/pixel_study/study_options.hpp"
+#include "configs/docking/modules/pixel_study/pixel_grid.hpp"
+#include "configs/docking/modules/pixel_study/study_options.hpp"
 
 namespace hil::modules {
 
