@@ -304,6 +304,9 @@ using SchemaOfModules = std::map<std::string, Schema>;
 struct ScenarioTypes {
   SchemaOfModules modules{};
   std::span<const BusSectionType> buses{};
+  Waveforms waveforms{};
+  /// The faults of signals, processes and tasks. Those of messages and devices are declared by their bus.
+  std::vector<FaultKind> faults{};
   std::span<const ExpectationKind> expectations{};
   TableClaims table_claims{};
 };

@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "runtime/expectations/kinds.hpp"
+#include "runtime/injection/waveform.hpp"
 #include "runtime/recording/signal_selection.hpp"
+#include "runtime/run/fault_kinds.hpp"
 #include "runtime/run/relation_wiring.hpp"
 #include "runtime/run/world_wiring.hpp"
 
@@ -250,7 +252,7 @@ void declare_bus_signals(const Wiring& wiring, BusSignals& signals) {
 std::vector<FaultyBus> faulty_buses(const Wiring& wiring) {
   std::vector<FaultyBus> buses;
   for (const WiredBus& wired : wiring.buses)
-    buses.push_back({.full_name = wired.section->full_name(), .channels = &wired.bus->channels()});
+    buses.push_back({.full_name = wired.section->full_name(), .wiring = wired.bus.get()});
   return buses;
 }
 
@@ -298,6 +300,8 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
 config::ScenarioTypes scenario_types() {
   config::ScenarioTypes types{.modules = {},
                               .buses = buses::section_types(),
+                              .waveforms = injection::waveforms(),
+                              .faults = fault_kinds(),
                               .expectations = expectations::kinds(),
                               .table_claims = expectations::table_claims()};
   for (const modules::ModuleType& type : modules::module_types())
