@@ -30,6 +30,7 @@
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/contribution/bus_record.hpp"
+#include "runtime/contribution/frame_format.hpp"
 #include "runtime/signals/known_signals.hpp"
 #include "runtime/signals/links.hpp"
 
@@ -159,7 +160,8 @@ struct BusType {
   std::string title;                               ///< of its table on the page: "CAN"
   std::vector<contribution::BusColumn> columns{};  ///< of that table
   std::size_t max_descriptors = 8;                 ///< that one bus opens, an upper bound
-  bool has_frames = false;                         ///< its devices use RunEnvironment::frames
+  /// Its devices use RunEnvironment::frames. Empty: it has no frames.
+  std::optional<contribution::FrameFormat> frames{};
   std::vector<FileFormat> files{};
   /// Null, with mistakes in `diagnostics`, when the bus can not be used. The section outlives the bus.
   std::unique_ptr<BusWiring> (*wire)(const config::BusSection& section,
