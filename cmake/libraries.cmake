@@ -40,6 +40,20 @@ function(hil_optimize_little name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
+# Sets `result` to the sources of a table of kinds: MACRO(name) in `table`, a path relative to this folder,
+# stands for the source name.cpp beside it.
+function(hil_sources_of_table result table macro)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${table})
+  file(STRINGS ${table} lines REGEX "^${macro}\\(")
+  get_filename_component(folder ${table} DIRECTORY)
+  set(sources "")
+  foreach(line IN LISTS lines)
+    string(REGEX REPLACE "^${macro}\\(([a-z0-9_]+)\\)$" "\\1" name ${line})
+    list(APPEND sources ${folder}/${name}.cpp)
+  endforeach()
+  set(${result} ${sources} PARENT_SCOPE)
+endfunction()
+
 # Declares the library of folder PATH.
 #   SOURCES   its sources; a library without sources has headers alone
 #   SEPARATE  sources that are compiled alone

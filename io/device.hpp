@@ -1,6 +1,7 @@
 #pragma once
 // The port between the runtime and a device outside the run: a CAN bus, a Modbus unit, a simulated
-// counterpart.
+// counterpart. Two more ports may belong to a device: its arrivals (arrival_source.hpp), and the faults
+// that act on it (fault_target.hpp).
 //
 // A device converts bytes to timestamped values and back, in threads of its own. The executive never waits
 // for it. Once per tick it latches the newest samples and releases new outputs; both calls are wait-free.
@@ -18,22 +19,11 @@
 #include <string>
 #include <vector>
 
+#include "io/arrival_source.hpp"
+#include "io/fault_target.hpp"
+#include "io/run_clock.hpp"
+
 namespace hil::io {
-
-/// Nanoseconds since the run's first tick; negative before it.
-using RunTimeNs = std::int64_t;
-
-/// The time base of samples. It is monotonic.
-class RunClock {
- public:
-  virtual ~RunClock() = default;
-  /// Until the time of the first tick is known, the clock shows a time far in the past that advances; then it
-  /// jumps forward.
-  virtual RunTimeNs now_ns() const noexcept = 0;
-  /// Converts a stamp of now_ns() from before the jump to run time, once the first tick is known. Returns
-  /// other times unchanged.
-  virtual RunTimeNs to_run_time(RunTimeNs stamp_ns) const noexcept { return stamp_ns; }
-};
 
 enum class Pacing : std::uint8_t {
   realtime,  ///< the device runs concurrently with the tick; exchange is never called
@@ -57,21 +47,6 @@ struct Sample {
   RunTimeNs time_ns = std::numeric_limits<RunTimeNs>::min();
   bool fresh = false;  ///< false: nothing received yet, or the device is lost; `value` is then the safe value
 };
-
-/// The value of an input in an arrival.
-struct InputValue {
-  std::size_t input = 0;  ///< index into inputs()
-  double value = 0.0;
-};
-
-/// A frame, or the registers of one request.
-struct Arrival {
-  RunTimeNs time_ns = 0;
-  std::size_t count = 0;  ///< of values
-};
-
-/// Arrivals of a device that may wait for the tick, and that a tick takes at most.
-inline constexpr std::size_t max_kept_arrivals = 8192;
 
 /// When an output is sent: with each release of outputs, or in frames that are due at offset_ns + n *
 /// period_ns, each sent with the first release at or after its due time.
@@ -116,34 +91,6 @@ struct DeviceEvent {
   bool is_expected = false;  ///< the scenario causes it; logged as info, others as a warning
 };
 
-/// A fault that a run injects: into the frames of a message, or into the connection with the other side.
-struct InjectedFault {
-  enum class Kind : std::uint8_t {
-    // Of a message, sent or received.
-    drop,            ///< `share` of its frames is lost
-    repeat,          ///< each frame comes `number` more times
-    frozen,          ///< they keep the payload of the frame before the fault; counter and checksum go on
-    wrong_counter,   ///< its counter keeps the value of the frame before the fault; the checksum is right
-    wrong_checksum,  ///< all bits of its checksum are inverted
-    length,          ///< its frames have `number` bytes; further ones are zero
-    flip_bits,       ///< the payload's bits `bits` are inverted; the checksum is not corrected
-    // Of a message, or of the device: its replies.
-    delay,  ///< by delay_ns
-    // Of the device.
-    bus_off,       ///< it neither sends nor receives
-    silent,        ///< no request is answered
-    disconnected,  ///< no connection
-    exception,     ///< each request is answered with the exception `number`
-  };
-  Kind kind = Kind::drop;
-  std::string message{};      ///< empty: the device
-  double share = 1.0;         ///< in [0, 1]
-  std::int64_t delay_ns = 0;  ///< above 0
-  std::uint32_t number = 0;
-  std::vector<std::uint32_t> bits{};  ///< 8 * byte + bit
-  std::uint64_t seed = 0;
-};
-
 /// Thrown by start: the device can not be used (interface missing, port in use, permission). The message
 /// names the device, what was tried, the system's error and what the user can do.
 class DeviceError : public std::runtime_error {
@@ -178,38 +125,10 @@ class Device {
   /// Copies the newest sample of every input. `samples.size() == inputs().size()`.
   virtual void latch_inputs(std::span<Sample> samples) noexcept = 0;
 
-  /// Before start: also keeps each arrival of this input, and of those that come with it, for next_arrival,
-  /// since latch_inputs returns only the newest one of a tick. False: the device does not support this.
-  virtual bool keep_arrivals(std::size_t input) {
-    static_cast<void>(input);
-    return false;
-  }
-  /// Removes the oldest kept arrival whose values the last latch_inputs had, and copies its values to the
-  /// front of `values`, of which there are as many as inputs. Empty: there is none; after stop(), also none
-  /// that came later. Thread rule of latch_inputs.
-  virtual std::optional<Arrival> next_arrival(std::span<InputValue> values) noexcept {
-    static_cast<void>(values);
-    return std::nullopt;
-  }
-  /// The number of kept arrivals that were lost because they were not taken in time. Any thread.
-  virtual std::uint64_t lost_arrivals() const noexcept { return 0; }
-
   /// The rejected frames of an input group since the start. Any thread.
   virtual RejectedFrames rejected(std::size_t group) const noexcept {
     static_cast<void>(group);
     return {};
-  }
-
-  /// How often a fault has dropped, held or changed a frame of an input group, or made the device reject it.
-  /// Frames that the device would reject without faults do not count. Any thread.
-  virtual std::uint64_t faulted_frames(std::size_t group) const noexcept {
-    static_cast<void>(group);
-    return 0;
-  }
-  /// Those of them that had a value of this input, which belongs to a group. Any thread.
-  virtual std::uint64_t faulted_values(std::size_t input) const noexcept {
-    static_cast<void>(input);
-    return 0;
   }
 
   /// Hands the outputs of this tick to the device's thread. `values.size() == outputs().size()`. A full queue
@@ -242,46 +161,10 @@ class Device {
   /// moment does not count. Empty: none. Any ordinary thread.
   virtual std::string send_fault() const = 0;
 
-  /// Why the device can not have this fault, as a clause for the user; empty: it can. Setup thread.
-  virtual std::string fault_problem(const InjectedFault& injected) const {
-    static_cast<void>(injected);
-    return "this device has no such fault";
-  }
-  /// Before start, without a fault_problem(): adds a fault, which is not active. The first one has number 0.
-  virtual void add_fault(const InjectedFault& injected) { static_cast<void>(injected); }
-  /// Whether a fault of the device keeps its inputs from being fresh while it acts. Setup thread.
-  virtual bool silences(const InjectedFault& injected) const noexcept {
-    return injected.kind != InjectedFault::Kind::delay ||
-           (loss_timeout_ns() > 0 && injected.delay_ns > loss_timeout_ns());
-  }
-  /// Begins or ends a fault. Thread rule of latch_inputs. It acts on what the device sends from now on and,
-  /// in real time within the time that its thread takes to wake, on what it receives.
-  virtual void set_fault(std::size_t number, bool active) noexcept {
-    static_cast<void>(number), static_cast<void>(active);
-  }
-  /// The frames or requests that came while the fault was active. Any thread.
-  virtual std::uint64_t fault_count(std::size_t number) const noexcept {
-    static_cast<void>(number);
-    return 0;
-  }
-  /// Frames, requests and connections on which the fault acted: it changed, dropped, repeated or delayed
-  /// them, left them without an answer, or cut them. A delayed request counts when its delay begins. Default:
-  /// fault_count(number). Any thread.
-  virtual std::uint64_t fault_effects(std::size_t number) const noexcept { return fault_count(number); }
-  /// The fault that let none of the frames through that this one would have changed; empty: there is none.
-  /// Any thread.
-  virtual std::optional<std::size_t> fault_stopped_by(std::size_t number) const noexcept {
-    static_cast<void>(number);
-    return std::nullopt;
-  }
-  /// A fault of the scenario pauses or ends a program behind the device, or lets it go on: the first frame of
-  /// a message from now on need not continue those before. Any thread; never blocks.
-  virtual void note_interruption() noexcept {}
-  /// In lock-step, before an exchange: while `away`, the exchange does not wait for programs of this process
-  /// group, which are paused or have ended because the run wants it. Thread rule of exchange.
-  virtual void set_away(int process_group, bool away) {
-    static_cast<void>(process_group), static_cast<void>(away);
-  }
+  /// Every arrival of its inputs. Null: the device keeps none.
+  virtual ArrivalSource* arrival_source() noexcept { return nullptr; }
+  /// What faults of the run act on. Null: the device has no faults.
+  virtual FaultTarget* fault_target() noexcept { return nullptr; }
 
   /// The events from number `first` on, in the order in which they were found. Any ordinary thread.
   virtual std::vector<DeviceEvent> events_since(std::size_t first) const {

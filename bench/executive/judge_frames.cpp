@@ -23,7 +23,7 @@ constexpr std::size_t frames_per_tick = 4'096;
 constexpr int conditions = 20;
 
 /// Hands out frames of two signals: a counter from 0 to 99, and a level.
-class FrameSource final : public io::Device {
+class FrameSource final : public io::Device, public io::ArrivalSource {
  public:
   const std::string& name() const noexcept override { return name_; }
   std::span<const io::ChannelInfo> inputs() const noexcept override { return {}; }
@@ -44,7 +44,9 @@ class FrameSource final : public io::Device {
     left_ = count;
     time_ns_ = from_ns;
   }
+  io::ArrivalSource* arrival_source() noexcept override { return this; }
   bool keep_arrivals(std::size_t /*input*/) override { return true; }
+  std::uint64_t lost_arrivals() const noexcept override { return 0; }
   std::optional<io::Arrival> next_arrival(std::span<io::InputValue> values) noexcept override {
     if (left_ == 0) return std::nullopt;
     --left_;

@@ -164,22 +164,21 @@ std::vector<PlayedFrame> CanDevice::played_frames(std::optional<canid_t> identif
   return frames;
 }
 
-std::string CanDevice::fault_problem(const InjectedFault& injected) const {
-  if (injected.message.empty())
-    return injected.kind == InjectedFault::Kind::bus_off ? "" : "a CAN bus can only be bus_off";
-  const MessageLayout* const layout = layout_of(injected.message);
-  if (layout == nullptr) {
-    const std::vector<PlayedFrame> played = played_frames(identifier_in(injected.message));
-    if (!played.empty()) return FrameFaults::problem(injected, played);
-    return std::string("the bus neither sends nor receives ") + (config_.playback ? "nor plays " : "") +
-           "this message" + other_messages();
-  }
-  return FrameFaults::problem(injected, *layout);
+std::string CanDevice::fault_problem(const std::string& message, const FrameFault& fault) const {
+  if (const MessageLayout* const layout = layout_of(message)) return fault.problem(*layout);
+  const std::vector<PlayedFrame> played = played_frames(identifier_in(message));
+  if (!played.empty()) return fault.played_problem(played);
+  return std::string("the bus neither sends nor receives ") + (config_.playback ? "nor plays " : "") +
+         "this message" + other_messages();
 }
 
-void CanDevice::add_fault(const InjectedFault& injected) {
-  require(!started_ && fault_problem(injected).empty(), "a fault fits its device, which is not started");
-  faults_.add(injected, layout_of(injected.message), identifier_in(injected.message));
+void CanDevice::add_fault(const std::string& message, std::unique_ptr<FrameFault> fault) {
+  require(!started_ && fault_problem(message, *fault).empty(),
+          "a fault fits its device, which is not started");
+  if (const MessageLayout* const layout = layout_of(message))
+    faults_.add(std::move(fault), *layout);
+  else
+    faults_.add(std::move(fault), *identifier_in(message));
 }
 
 }  // namespace hil::io::can

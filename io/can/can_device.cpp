@@ -11,6 +11,8 @@
 #include <cstring>
 #include <utility>
 
+#include "io/can/bus_frame.hpp"
+
 namespace hil::io::can {
 
 namespace {
@@ -267,7 +269,10 @@ bool CanDevice::receive_up_to(std::size_t max_frames) {
 void CanDevice::handle(const Frame& frame) {
   if (injected_bus_off_ && !frame.is_error()) return faults_.note_blocked_frame(frame.raw.can_id);
   if (log_) log_->push(frame);
-  if (config_.frames != nullptr) config_.frames->take(recorded(frame, *clock_));
+  if (config_.frames != nullptr) {
+    const BusFrame on_bus = recorded(frame, *clock_);
+    take_frame(*config_.frames, on_bus.time_ns, on_bus);
+  }
   load_.add(frame);
   if (frame.is_error()) counts_.errors.add();
   update_bus_off(frame);

@@ -79,7 +79,7 @@ struct CanDeviceConfig {
 /// Every mistake in the configuration, one sentence each; empty: it is valid.
 std::vector<std::string> configuration_problems(const CanDeviceConfig& config);
 
-class CanDevice final : public Device {
+class CanDevice final : public Device, public ArrivalSource, public FaultTarget {
  public:
   /// Throws DeviceError with all configuration_problems() if there are any.
   CanDevice(CanDeviceConfig config, std::unique_ptr<CanTransport> bus);
@@ -114,10 +114,20 @@ class CanDevice final : public Device {
   /// A send queue that stays full for longer than loss_timeout_ns() is also a send fault.
   std::string send_fault() const override;
 
-  /// Faults of messages that it sends or receives, named as in the DBC file or by identifier
-  /// (identifier_text.hpp); of played frames that no message of the DBC file has, by identifier; and bus_off.
-  std::string fault_problem(const InjectedFault& injected) const override;
-  void add_fault(const InjectedFault& injected) override;
+  ArrivalSource* arrival_source() noexcept override { return this; }
+  FaultTarget* fault_target() noexcept override { return this; }
+
+  /// Why frames of a message can not have the fault, as a clause; empty: they can. `message`: one that it
+  /// sends or receives, named as in the DBC file or by identifier (identifier_text.hpp); or the identifier of
+  /// played frames that no message of the DBC file has. Setup thread.
+  std::string fault_problem(const std::string& message, const FrameFault& fault) const;
+  // Before start: they add a fault, which is not active. The first one has number 0.
+  /// Without a fault_problem().
+  void add_fault(const std::string& message, std::unique_ptr<FrameFault> fault);
+  /// It neither sends nor receives.
+  void add_bus_off() { faults_.add_bus_off(); }
+  /// Bus-off does.
+  bool silences(std::size_t number) const noexcept override { return faults_.is_bus_off(number); }
   void set_fault(std::size_t number, bool active) noexcept override;
   std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
   std::uint64_t fault_effects(std::size_t number) const noexcept override { return faults_.effects(number); }

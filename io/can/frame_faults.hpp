@@ -10,32 +10,28 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <random>
 #include <span>
-#include <string>
+#include <utility>
 #include <vector>
 
 #include "io/can/can_counters.hpp"
 #include "io/can/frame.hpp"
-#include "io/can/log_playback.hpp"
+#include "io/can/frame_fault.hpp"
 #include "io/can/message_coder.hpp"
-#include "io/device.hpp"
+#include "io/run_clock.hpp"
 
 namespace hil::io::can {
 
 class FrameFaults {
  public:
-  /// Why frames of this message can not have the fault, as a clause; empty: they can.
-  static std::string problem(const InjectedFault& injected, const MessageLayout& layout);
+  // They add a fault, which is not active. The first one has number 0.
+  /// Of the frames of a message. `layout`: of the message, which outlives this object.
+  void add(std::unique_ptr<FrameFault> fault, const MessageLayout& layout);
+  /// Of played frames that no message of the DBC file has.
+  void add(std::unique_ptr<FrameFault> fault, canid_t identifier);
+  /// Of the device.
+  void add_bus_off();
 
-  /// The same for frames of an identifier that a playback sends, and that no message of the DBC file has.
-  /// Misuse: `of_identifier` is empty.
-  static std::string problem(const InjectedFault& injected, std::span<const PlayedFrame> of_identifier);
-
-  /// Adds a fault, not active, without a problem(). `layout`: of its message, which outlives this object;
-  /// null: a fault of played frames, or of the device, which has no `identifier`. The first one has number 0.
-  void add(const InjectedFault& injected, const MessageLayout* layout,
-           std::optional<canid_t> identifier = {});
   /// Whether a fault, active or not, is one of the frame's message.
   bool is_for(const Frame& frame) const noexcept { return by_id_.contains(frame.raw.can_id & id_mask); }
   void set(std::size_t number, bool active) noexcept {
@@ -49,6 +45,8 @@ class FrameFaults {
   /// The fault that let no frame through that this one would have changed; empty: there is none.
   std::optional<std::size_t> stopped_by(std::size_t number) const noexcept;
 
+  /// Whether a fault is bus-off.
+  bool is_bus_off(std::size_t number) const noexcept { return faults_[number]->is_bus_off(); }
   /// Whether the bus-off of a fault is active.
   bool is_bus_off() const noexcept;
   /// A frame of this identifier that bus-off blocks, in either direction.
@@ -67,21 +65,18 @@ class FrameFaults {
  private:
   static constexpr canid_t id_mask = CAN_EFF_FLAG | CAN_EFF_MASK;
   struct Fault {
-    Fault(const InjectedFault& fault, const MessageLayout* of_message, std::size_t its_number)
-        : injected(fault), layout(of_message), number(its_number), random(fault.seed) {}
-    bool is_of_device() const noexcept { return injected.message.empty(); }
-    const InjectedFault injected;
-    const MessageLayout* const layout;  ///< null: there is no description of its frames
+    Fault(std::unique_ptr<FrameFault> of_frames, const MessageLayout* of_message, std::size_t its_number)
+        : frames(std::move(of_frames)), layout(of_message), number(its_number) {}
+    bool is_bus_off() const noexcept { return frames == nullptr; }
+    const std::unique_ptr<FrameFault> frames;  ///< null: bus-off
+    const MessageLayout* const layout;         ///< null: there is no description of its frames
     const std::size_t number;
-    std::mt19937_64 random;
     std::atomic<bool> active{false};
     Count count{}, effects{};
     std::uint64_t last_effect = 0;            ///< the number of the frame
     std::atomic<bool> left_unchanged{false};  ///< a frame that came to it left as it had come
     static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-    std::atomic<std::size_t> stopped_by{none};    ///< the fault that dropped a frame on which this one acts
-    std::optional<std::uint64_t> last_counter{};  ///< of the last frame before the fault
-    std::optional<Frame> last_frame{};            ///< the same
+    std::atomic<std::size_t> stopped_by{none};  ///< the fault that dropped a frame on which this one acts
   };
   /// A frame on its way through the faults of its message.
   struct Passage {
@@ -103,8 +98,7 @@ class FrameFaults {
                  bool differs);
   void note_dropped(const std::vector<Fault*>& faults, std::size_t by) noexcept;
   void note_passed(bool differs) noexcept;
-  static void keep_counter(Fault& fault, bool active, Frame& frame);
-  static void keep_payload(Fault& fault, bool active, Frame& frame);
+  void add(std::unique_ptr<FrameFault> fault, const MessageLayout* layout, canid_t identifier);
 
   bool is_ended_ = false;
   std::vector<std::unique_ptr<Fault>> faults_;

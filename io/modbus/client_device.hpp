@@ -81,7 +81,7 @@ struct ClientSettings {
   const std::atomic<bool>* stop_requested = nullptr;
 };
 
-class ClientDevice final : public Device {
+class ClientDevice final : public Device, public ArrivalSource, public FaultTarget {
  public:
   /// Does not use the network. Misuse (asserts): a map with mistakes_in(map, Role::client); times that are
   /// not positive; an entry named in `settings` that is missing or not writable.
@@ -117,14 +117,14 @@ class ClientDevice final : public Device {
   std::string fault() const override;
   /// A write that the unit refuses with exceptions for longer than `max_age` is a send fault.
   std::string send_fault() const override;
-  std::string fault_problem(const InjectedFault& injected) const override {
-    return UnitFaults::problem(injected);
-  }
-  void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
-  bool silences(const InjectedFault& injected) const noexcept override {
-    const std::chrono::nanoseconds delay(injected.delay_ns);
-    return injected.kind != InjectedFault::Kind::delay || delay > settings_.response_timeout ||
-           delay > settings_.max_age;
+  ArrivalSource* arrival_source() noexcept override { return this; }
+  FaultTarget* fault_target() noexcept override { return this; }
+  /// Before start: adds a fault, which is not active. The first one has number 0.
+  void add_fault(const Interference& injected) { faults_.add(injected); }
+  bool silences(std::size_t number) const noexcept override {
+    const Interference& injected = faults_.injected(number);
+    return !injected.only_delays() || injected.delay > settings_.response_timeout ||
+           injected.delay > settings_.max_age;
   }
   void set_fault(std::size_t number, bool active) noexcept override {
     faults_.set(number, active);

@@ -50,7 +50,7 @@ struct ServerSettings {
   std::function<void()> on_thread_start{};
 };
 
-class ServerDevice final : public Device {
+class ServerDevice final : public Device, public ArrivalSource, public FaultTarget {
  public:
   /// Does not use the network. Misuse (asserts): a map with mistakes_in(map, Role::server); limits that are
   /// not positive.
@@ -88,10 +88,14 @@ class ServerDevice final : public Device {
   ValueCounters value_counters() const noexcept { return values_.counters(); }
   /// How often an input grew older than `max_age`.
   std::uint64_t stale_inputs() const noexcept { return freshness_.stale(); }
-  std::string fault_problem(const InjectedFault& injected) const override {
-    return UnitFaults::problem(injected);
+  ArrivalSource* arrival_source() noexcept override { return this; }
+  FaultTarget* fault_target() noexcept override { return this; }
+  /// Before start: adds a fault, which is not active. The first one has number 0.
+  void add_fault(const Interference& injected) { faults_.add(injected); }
+  bool silences(std::size_t number) const noexcept override {
+    const Interference& injected = faults_.injected(number);
+    return !injected.only_delays() || (settings_.max_age.count() > 0 && injected.delay > settings_.max_age);
   }
-  void add_fault(const InjectedFault& injected) override { faults_.add(injected); }
   void set_fault(std::size_t number, bool active) noexcept override;
   std::uint64_t fault_count(std::size_t number) const noexcept override { return faults_.count(number); }
   std::uint64_t fault_effects(std::size_t number) const noexcept override { return faults_.effects(number); }

@@ -11,20 +11,22 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "io/device.hpp"
-#include "io/modbus/register_map.hpp"
+#include "io/run_clock.hpp"
 
 namespace hil::io::modbus {
 
+/// What a fault does to the requests of a unit, or what several do together. The kinds of fault are
+/// declared by the type of bus (runtime/buses/modbus/faults).
 struct Interference {
   bool is_silent = false;        ///< no request is answered
   bool is_disconnected = false;  ///< there is no connection
   std::uint8_t exception = 0;    ///< the answer to each request; 0: the true one
   std::chrono::nanoseconds delay{0};
   bool lets_no_reply_through() const noexcept { return is_silent || is_disconnected; }
+  /// Whether it does nothing but delay replies.
+  bool only_delays() const noexcept { return !lets_no_reply_through() && exception == 0; }
 };
 
 /// In lock-step: what faults do to the cycle of a tick.
@@ -35,22 +37,8 @@ struct LockstepHold {
 
 class UnitFaults {
  public:
-  /// Device::fault_problem.
-  static std::string problem(const InjectedFault& injected) {
-    using Kind = InjectedFault::Kind;
-    if (!injected.message.empty()) return "Modbus has no messages; the fault can be one of the unit";
-    switch (injected.kind) {
-      case Kind::silent:
-      case Kind::disconnected:
-      case Kind::exception:
-      case Kind::delay:
-        return {};
-      default:
-        return "a Modbus unit can be silent, disconnected, slow ('delay') or answer with an 'exception'";
-    }
-  }
-
-  void add(const InjectedFault& injected) { faults_.push_back(std::make_unique<Fault>(injected)); }
+  void add(const Interference& injected) { faults_.push_back(std::make_unique<Fault>(injected)); }
+  const Interference& injected(std::size_t number) const noexcept { return faults_[number]->injected; }
   void set(std::size_t number, bool active) noexcept {
     faults_[number]->active.store(active, std::memory_order_release);
   }
@@ -76,17 +64,15 @@ class UnitFaults {
 
   /// What the active faults do together.
   Interference interference() const noexcept {
-    using Kind = InjectedFault::Kind;
     Interference all;
     if (is_ended_.load(std::memory_order_acquire)) return all;
     for (const auto& fault : faults_) {
       if (!fault->is_active()) continue;
-      const InjectedFault& injected = fault->injected;
-      if (injected.kind == Kind::silent) all.is_silent = true;
-      if (injected.kind == Kind::disconnected) all.is_disconnected = true;
-      if (injected.kind == Kind::exception) all.exception = static_cast<std::uint8_t>(injected.number);
-      if (injected.kind == Kind::delay)
-        all.delay = std::max(all.delay, std::chrono::nanoseconds(injected.delay_ns));
+      const Interference& injected = fault->injected;
+      all.is_silent |= injected.is_silent;
+      all.is_disconnected |= injected.is_disconnected;
+      if (injected.exception != 0) all.exception = injected.exception;
+      all.delay = std::max(all.delay, injected.delay);
     }
     return all;
   }
@@ -137,9 +123,9 @@ class UnitFaults {
     return {true, "replies come too late, by a fault of the scenario"};
   }
   struct Fault {
-    explicit Fault(const InjectedFault& fault) : injected(fault) {}
+    explicit Fault(const Interference& interference) : injected(interference) {}
     bool is_active() const noexcept { return active.load(std::memory_order_acquire); }
-    const InjectedFault injected;
+    const Interference injected;
     std::atomic<bool> active{false};
     std::atomic<std::uint64_t> requests{0}, effects{0};
     // Of the device's thread.

@@ -5,8 +5,8 @@
 // Calls for each bus of a scenario, in this order:
 // 1. `create` and `read_entry`: the section reads its keys (config/bus_section.hpp).
 // 2. `wire`: makes the BusWiring. `hil check` ends here: nothing is opened.
-// 3. `describe_signals`, after the signals of all inputs are declared; then `connect`.
-// 4. `make_device`, for a run.
+// 3. `describe_signals`, after the signals of all inputs are declared; then `connect` and `fault_problem`.
+// 4. `make_device`, for a run, and `add_fault`.
 // 5. `io::Device::start`, before the programs of the run or after them (`start_phase`).
 // 6. `all_programs_connected`, called repeatedly until it returns true.
 // 7. The tick (io/device.hpp).
@@ -30,6 +30,7 @@
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/scenario.hpp"
 #include "runtime/contribution/bus_record.hpp"
+#include "runtime/contribution/frame_format.hpp"
 #include "runtime/signals/known_signals.hpp"
 #include "runtime/signals/links.hpp"
 
@@ -42,6 +43,13 @@ using signals::Source;
 enum class StartPhase : std::uint8_t {
   before_programs,  ///< programs of the run connect to it
   after_programs,   ///< it connects to programs of the run
+};
+
+/// A fault of a bus in a run.
+struct InjectedFault {
+  std::shared_ptr<const config::FaultEffect> effect;  ///< of any kind, of another type of bus as well
+  std::string message{};                              ///< whose frames have it; empty: the bus has it
+  std::uint64_t seed = 0;                             ///< of random numbers of the fault
 };
 
 /// The run that a device is made for. Passed to make_device.
@@ -77,6 +85,9 @@ class BusDevice {
   virtual ~BusDevice() = default;
 
   virtual io::Device& device() noexcept = 0;
+  /// Before the start, without a BusWiring::fault_problem(): adds a fault, which is not active, to the
+  /// io::FaultTarget of the device. The first one has number 0.
+  virtual void add_fault(const InjectedFault& fault) { static_cast<void>(fault); }
   virtual StartPhase start_phase() const noexcept = 0;
   /// Stands for {section.name} in the command of a process, for a type with addresses. Known before the
   /// device is started.
@@ -123,6 +134,11 @@ class BusWiring {
   /// Sets the source of each output, by channel index. On entry each is a constant with its safe value.
   virtual void connect(const KnownSignals& known, std::vector<Source>& outputs,
                        config::Diagnostics& diagnostics) const = 0;
+  /// Why the bus can not have a fault, as a clause for the user; empty: it can.
+  virtual std::string fault_problem(const InjectedFault& fault) const {
+    static_cast<void>(fault);
+    return "this device has no such fault";
+  }
   /// The device of a run, not started. Throws io::DeviceError.
   virtual std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const = 0;
 };
@@ -144,7 +160,8 @@ struct BusType {
   std::string title;                               ///< of its table on the page: "CAN"
   std::vector<contribution::BusColumn> columns{};  ///< of that table
   std::size_t max_descriptors = 8;                 ///< that one bus opens, an upper bound
-  bool has_frames = false;                         ///< its devices use RunEnvironment::frames
+  /// Its devices use RunEnvironment::frames. Empty: it has no frames.
+  std::optional<contribution::FrameFormat> frames{};
   std::vector<FileFormat> files{};
   /// Null, with mistakes in `diagnostics`, when the bus can not be used. The section outlives the bus.
   std::unique_ptr<BusWiring> (*wire)(const config::BusSection& section,

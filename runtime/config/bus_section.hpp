@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include <hil/schema.hpp>
-
 #include "runtime/config/expression.hpp"
+#include "runtime/config/fault_section.hpp"
+#include <hil/schema.hpp>
 
 namespace hil::config {
 
@@ -66,12 +66,14 @@ struct BusSectionType {
   /// A condition that follows the placeholder in a sentence: "of a unit with run_time". Empty: all buses of
   /// the type give the run time.
   std::string run_time_condition{};
-  /// The noun of one arrival ("frame"), for devices that keep arrivals (io::Device::keep_arrivals). Empty:
+  /// The noun of one arrival ("frame"), for devices that keep arrivals (io::ArrivalSource). Empty:
   /// the device keeps none, so the newest value of each tick is judged.
   std::string arrival_noun{};
   /// Its record counts the ticks whose outputs were not sent (contribution/bus_record.hpp), which
   /// realtime.max_lost limits.
   bool counts_dropped_releases = false;
+  /// The faults of its messages and devices.
+  std::vector<FaultKind> faults{};
 
   std::unique_ptr<BusSection> (*create)() = nullptr;
   /// Adds the mistakes of sections that exclude each other. `sections`: all of the type that are whole. May

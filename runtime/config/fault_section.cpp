@@ -1,12 +1,10 @@
 #include "runtime/config/fault_section.hpp"
 
 #include <algorithm>
-#include <map>
+#include <array>
 #include <string>
+#include <string_view>
 #include <utility>
-
-#include <hil/numbers.hpp>
-#include <hil/quantity.hpp>
 
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
@@ -15,34 +13,108 @@
 namespace hil::config {
 namespace {
 
-using FaultKind = FaultSection::Kind;
-using FaultTarget = FaultSection::Target;
-
 struct TargetWord {
   FaultTarget target;
   const char* key;
   const char* article;
-  std::vector<std::string> effects;
 };
+constexpr std::array<TargetWord, 5> target_words{{
+    {FaultTarget::signal, "signal", "a signal"},
+    {FaultTarget::message, "message", "a message"},
+    {FaultTarget::device, "device", "a device"},
+    {FaultTarget::process, "process", "a process"},
+    {FaultTarget::task, "task", "a task"},
+}};
 
-const std::vector<TargetWord>& target_words() {
-  static const std::vector<TargetWord> words{
-      {FaultTarget::signal,
-       "signal",
-       "a signal",
-       {"stuck", "offset", "gain", "noise", "drift", "delay", "dropout"}},
-      {FaultTarget::message,
-       "message",
-       "a message",
-       {"stuck", "drop", "repeat", "delay", "wrong", "length", "flip_bits"}},
-      {FaultTarget::device, "device", "a device", {"state", "exception", "delay"}},
-      {FaultTarget::process, "process", "a process", {"state"}},
-      {FaultTarget::task, "task", "a task", {"takes_longer"}},
-  };
-  return words;
+const TargetWord& word_of_target(FaultTarget target) {
+  return *std::ranges::find(target_words, target, &TargetWord::target);
 }
 
-Schema fault_schema() {
+/// A kind, and the key of the type of bus that declares it; empty: no bus does.
+struct DeclaredKind {
+  const FaultKind* kind = nullptr;
+  std::string_view bus{};
+};
+
+/// Those of signals, of each type of bus, then the others.
+std::vector<std::vector<DeclaredKind>> tables_of(const ScenarioTypes& types) {
+  std::vector<std::vector<DeclaredKind>> tables(1);
+  for (const FaultKind& kind : types.faults)
+    if (kind.target == FaultTarget::signal) tables.back().push_back({&kind});
+  for (const BusSectionType& type : types.buses) {
+    tables.emplace_back();
+    for (const FaultKind& kind : type.faults)
+      tables.back().push_back({&kind, type.key});
+  }
+  tables.emplace_back();
+  for (const FaultKind& kind : types.faults)
+    if (kind.target != FaultTarget::signal) tables.back().push_back({&kind});
+  return tables;
+}
+
+std::vector<DeclaredKind> kinds_of(const ScenarioTypes& types) {
+  std::vector<DeclaredKind> all;
+  for (const std::vector<DeclaredKind>& table : tables_of(types))
+    all.insert(all.end(), table.begin(), table.end());
+  return all;
+}
+
+bool is_whole_sentence(const FaultKind& kind) {
+  return !kind.word.empty() || kind.about.ends_with('.');
+}
+
+/// The keys of all kinds, each once. In a table those whose sentence other tables complete are the last.
+std::vector<std::string> keys_of(const ScenarioTypes& types) {
+  std::vector<std::string> keys;
+  for (std::vector<DeclaredKind>& table : tables_of(types)) {
+    std::ranges::stable_partition(table,
+                                  [](const DeclaredKind& one) { return is_whole_sentence(*one.kind); });
+    for (const DeclaredKind& one : table)
+      if (std::ranges::find(keys, one.kind->key) == keys.end()) keys.push_back(one.kind->key);
+  }
+  return keys;
+}
+
+/// "Of a Modbus unit: silent or disconnected. Of a process: paused or killed."
+std::string about_words(const std::vector<const FaultKind*>& kinds) {
+  std::string about;
+  for (auto first = kinds.begin(); first != kinds.end();) {
+    const std::string& subject = (*first)->subject;
+    const auto end =
+        std::find_if(first, kinds.end(), [&](const FaultKind* kind) { return kind->subject != subject; });
+    std::vector<std::string> words;
+    for (; first != end; ++first)
+      words.push_back((*first)->about);
+    about += (about.empty() ? "Of " : " Of ") + subject + ": " + text_list(words, "or") + ".";
+  }
+  return about;
+}
+
+/// The sentences of the kinds, or the one that they have together.
+std::string about_key(const std::vector<const FaultKind*>& kinds) {
+  std::string about;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    const bool is_last = i + 1 == kinds.size();
+    if (i > 0) about += is_whole_sentence(*kinds[i]) ? " " : is_last ? ", or " : ", ";
+    about += kinds[i]->about;
+  }
+  return about.ends_with('.') ? about : about + ".";
+}
+
+Field key_field(const std::string& key, const std::vector<DeclaredKind>& all) {
+  std::vector<const FaultKind*> kinds;
+  std::vector<std::string> words;
+  for (const DeclaredKind& one : all) {
+    if (one.kind->key != key) continue;
+    kinds.push_back(one.kind);
+    if (!one.kind->word.empty() && std::ranges::find(words, one.kind->word) == words.end())
+      words.push_back(one.kind->word);
+  }
+  if (words.empty()) return Field::optional(key, kinds.front()->schema(), about_key(kinds));
+  return Field::optional(key, Schema::one_of(words), about_words(kinds));
+}
+
+Schema fault_schema(const ScenarioTypes& types) {
   std::vector<Field> common{
       Field::needed("name", Schema::name(), "The fault's name. 'fault.NAME' is 1 while it is active."),
       Field::optional("signal", Schema::signal(), "The signal that readers read wrongly."),
@@ -58,57 +130,17 @@ Schema fault_schema() {
                           "out: all modules and buses that read the signal."),
   };
   add_activation_fields(common);
-  return Schema::exactly_one(
-      {
-          Field::optional("stuck", Schema::text(),
-                          "Of a signal: an expression, or 'last': the value before the fault. Of a message: "
-                          "'last', the payload before the fault; counter and checksum go on."),
-          Field::optional("offset", Schema::text(), "Of a signal: an expression that is added."),
-          Field::optional("gain", Schema::text(), "Of a signal: a factor."),
-          Field::optional("noise", Schema::text(),
-                          "Of a signal: the standard deviation of normally distributed noise that is added, "
-                          "from the run's seed."),
-          Field::optional("drift", Schema::text(),
-                          "Of a signal: a change per second since the begin, which is added."),
-          Field::optional("dropout", Schema::quantity(Quantity::share, 0.0, 1.0),
-                          "Of a signal: the share of ticks in which there is no value, from the run's seed."),
-          Field::optional("delay", duration_schema(min_duration_s, max_fault_delay_s),
-                          "How late a signal is (a multiple of the base period), a frame of a message, or a "
-                          "reply of a Modbus unit."),
-          Field::optional("drop", Schema::quantity(Quantity::share, 0.0, 1.0),
-                          "Of a message: the share of its frames that is lost, from the run's seed."),
-          Field::optional("repeat", Schema::integer(1, 100),
-                          "Of a message: how many more times each frame comes."),
-          Field::optional("wrong", Schema::one_of({"counter", "checksum"}),
-                          "Of a message: its counter keeps its last value, with the right checksum; or all "
-                          "bits of its checksum are inverted."),
-          Field::optional("length", Schema::integer(0, 64),
-                          "Of a message: the bytes of its frames; further ones are zero."),
-          Field::optional("flip_bits", Schema::list(Schema::integer(0, 511), 1, 512),
-                          "Of a message: the bits of its payload that are inverted, as 8 * byte + bit; a "
-                          "checksum is not corrected."),
-          Field::optional("state", Schema::one_of({"bus_off", "silent", "disconnected", "paused", "killed"}),
-                          "Of a CAN bus: bus_off. Of a Modbus unit: silent (no request is answered) or "
-                          "disconnected. Of a process: paused or killed."),
-          Field::optional("exception", Schema::integer(1, 11),
-                          "Of a Modbus unit: the exception with which each request is answered."),
-          Field::optional("takes_longer", duration_schema(min_duration_s),
-                          "Of a task: how much longer each step takes."),
-      },
-      std::move(common));
+  const std::vector<DeclaredKind> all = kinds_of(types);
+  std::vector<Field> keys;
+  for (const std::string& key : keys_of(types))
+    keys.push_back(key_field(key, all));
+  return keys.empty() ? Schema::record(common) : Schema::exactly_one(keys, common);
 }
 
-const char* article_of(FaultTarget target) {
-  for (const TargetWord& word : target_words()) {
-    if (word.target == target) return word.article;
-  }
-  return "";
-}
-
-/// Empty with mistakes.
+/// Empty with a mistake.
 const TargetWord* target_of(const Value& section, Diagnostics& diagnostics) {
   const TargetWord* found = nullptr;
-  for (const TargetWord& word : target_words()) {
+  for (const TargetWord& word : target_words) {
     if (!section.has(word.key)) continue;
     if (found != nullptr) {
       diagnostics.add(section[word.key].place(),
@@ -120,143 +152,94 @@ const TargetWord* target_of(const Value& section, Diagnostics& diagnostics) {
   if (found == nullptr) {
     diagnostics.add(section.place(),
                     "a fault needs its target: 'signal', 'message', 'device', 'process' or 'task'");
-    return nullptr;
   }
-  const std::string& effect = section.chosen();
-  if (std::ranges::find(found->effects, effect) != found->effects.end()) return found;
-  diagnostics.add(section[effect].place(), std::string(found->article) + " has no fault '" + effect +
-                                               "'; it has " + text_list(found->effects));
-  return nullptr;
+  return found;
 }
 
-FaultKind state_of(const Value& state) {
-  static const std::map<std::string, FaultKind> kinds{{"bus_off", FaultKind::bus_off},
-                                                      {"silent", FaultKind::silent},
-                                                      {"disconnected", FaultKind::disconnected},
-                                                      {"paused", FaultKind::paused},
-                                                      {"killed", FaultKind::killed}};
-  return kinds.at(state.text());
-}
+class EffectReader {
+ public:
+  EffectReader(const Value& section, const FaultSection& fault, ReaderContext& reading)
+      : key_(section.chosen()),
+        value_(section[key_]),
+        fault_(fault),
+        target_(word_of_target(fault.target)),
+        reading_(reading),
+        kinds_(kinds_of(reading.types)) {}
 
-void read_state(const Value& state, FaultSection& fault, Diagnostics& diagnostics) {
-  fault.kind = state_of(state);
-  const bool is_of_process = fault.kind == FaultKind::paused || fault.kind == FaultKind::killed;
-  if (is_of_process != (fault.target == FaultTarget::process)) {
-    diagnostics.add(state.place(), std::string(article_of(fault.target)) + " can not be " + state.text() +
-                                       (is_of_process ? "; a process can" : "; it can be paused or killed"));
+  std::shared_ptr<const FaultEffect> read() {
+    const FaultKind* const kind = find();
+    if (kind == nullptr) return nullptr;
+    return kind->read(value_, {.period_ns = reading_.base ? reading_.base->period_ns : 0,
+                               .activation = fault_.activation,
+                               .diagnostics = reading_.diagnostics});
   }
-  if (fault.kind == FaultKind::killed &&
-      (fault.activation.for_ns || fault.activation.until || fault.activation.active_while)) {
-    diagnostics.add(state.place(), "a killed process does not come back, so its fault has no end");
-  }
-}
 
-void read_effect(const Value& section, FaultSection& fault, ReaderContext& reading) {
-  static const std::map<std::string, FaultKind> values{{"stuck", FaultKind::stuck},
-                                                       {"offset", FaultKind::offset},
-                                                       {"gain", FaultKind::gain},
-                                                       {"noise", FaultKind::noise},
-                                                       {"drift", FaultKind::drift}};
-  const std::string& effect = section.chosen();
-  const Value& given = section[effect];
-  fault.place = given.place();
-  if (const auto value = values.find(effect); value != values.end()) {
-    fault.kind = value->second;
-    if (fault.kind == FaultKind::stuck && given.text() == "last")
-      fault.kind = FaultKind::stuck_at_last;
-    else if (fault.target == FaultTarget::message)
-      reading.diagnostics.add(given.place(), "'stuck' of a message can only be 'last'");
-    else
-      fault.value = Expression::parse(given, reading.diagnostics);
-  } else if (effect == "delay" || effect == "takes_longer") {
-    fault.kind = effect == "delay" ? FaultKind::delay : FaultKind::takes_longer;
-    fault.duration_ns = given.duration_ns();
-    if (fault.target == FaultTarget::signal && reading.base)
-      multiple_of(given, reading.base->period_ns, effect, "the base period", reading.diagnostics);
-  } else if (effect == "dropout" || effect == "drop") {
-    fault.kind = effect == "drop" ? FaultKind::drop : FaultKind::dropout;
-    fault.share = given.number();
-    if (fault.share == 0.0)
-      reading.diagnostics.add(given.place(),
-                              "'" + effect + "': 0 % changes nothing; a fault has a share above 0 %");
-  } else if (effect == "wrong") {
-    fault.kind = given.text() == "counter" ? FaultKind::wrong_counter : FaultKind::wrong_checksum;
-  } else if (effect == "flip_bits") {
-    fault.kind = FaultKind::flip_bits;
-    for (const Value& bit : given.items()) {
-      const auto number = static_cast<std::uint32_t>(bit.integer());
-      if (std::ranges::find(fault.bits, number) != fault.bits.end())
-        reading.diagnostics.add(bit.place(),
-                                "'flip_bits': bit " + std::to_string(number) + " is listed twice");
-      fault.bits.push_back(number);
+ private:
+  /// Null with a mistake. A word of another target is a mistake, too, but its value is read.
+  const FaultKind* find() {
+    const FaultKind *found = nullptr, *of_other_target = nullptr;
+    const std::string_view bus =
+        std::string_view(fault_.subject.text).substr(0, fault_.subject.text.find('.'));
+    bool has_key = false;
+    for (const DeclaredKind& one : kinds_) {
+      if (one.kind->key != key_) continue;
+      has_key |= one.kind->target == fault_.target;
+      if (!one.kind->word.empty() && one.kind->word != value_.text()) continue;
+      if (one.kind->target != fault_.target)
+        of_other_target = one.kind;
+      else if (found == nullptr || one.bus == bus)
+        found = one.kind;
     }
-  } else if (effect == "state") {
-    read_state(given, fault, reading.diagnostics);
-  } else {
-    fault.kind = effect == "repeat"   ? FaultKind::repeat
-                 : effect == "length" ? FaultKind::length
-                                      : FaultKind::exception;
-    fault.number = static_cast<std::uint32_t>(given.integer());
+    if (found != nullptr) return found;
+    if (!has_key) {
+      refuse(" has no fault '" + key_ + "'; it has " + text_list(keys()));
+      return nullptr;
+    }
+    // Devices of different types have different words.
+    const std::string hint = fault_.target == FaultTarget::device
+                                 ? std::string(word_of_target(of_other_target->target).article) + " can"
+                                 : "it can be " + text_list(words(), "or");
+    refuse(" can not be " + value_.text() + "; " + hint);
+    return of_other_target;
   }
-}
+
+  void refuse(const std::string& sentence) {
+    reading_.diagnostics.add(value_.place(), target_.article + sentence);
+  }
+  /// Of the target.
+  std::vector<std::string> keys() const {
+    std::vector<std::string> keys;
+    for (const DeclaredKind& one : kinds_) {
+      if (one.kind->target == fault_.target && std::ranges::find(keys, one.kind->key) == keys.end())
+        keys.push_back(one.kind->key);
+    }
+    return keys;
+  }
+  std::vector<std::string> words() const {
+    std::vector<std::string> words;
+    for (const DeclaredKind& one : kinds_)
+      if (one.kind->target == fault_.target && one.kind->key == key_) words.push_back(one.kind->word);
+    return words;
+  }
+
+  const std::string& key_;
+  const Value& value_;
+  const FaultSection& fault_;
+  const TargetWord& target_;
+  ReaderContext& reading_;
+  const std::vector<DeclaredKind> kinds_;
+};
 
 }  // namespace
 
-std::string FaultSection::effect() const {
-  switch (kind) {
-    case FaultKind::stuck_at_last:
-      return target == FaultTarget::message ? "stuck at its last payload" : "stuck at its last value";
-    case FaultKind::stuck:
-      return "stuck at " + value->text();
-    case FaultKind::offset:
-      return "offset by " + value->text();
-    case FaultKind::gain:
-      return "multiplied by " + value->text();
-    case FaultKind::noise:
-      return "noise of " + value->text();
-    case FaultKind::drift:
-      return "drift of " + value->text();
-    case FaultKind::delay:
-      return (target == FaultTarget::device ? "with replies delayed by " : "delayed by ") +
-             format_duration(duration_ns);
-    case FaultKind::dropout:
-      return "without value in " + format_number(100.0 * share) + " % of the ticks";
-    case FaultKind::drop:
-      return "without " + format_number(100.0 * share) + " % of its frames";
-    case FaultKind::repeat:
-      return "with each frame " + std::to_string(number) + (number == 1 ? " more time" : " more times");
-    case FaultKind::wrong_counter:
-      return "with a counter that stands still";
-    case FaultKind::wrong_checksum:
-      return "with a wrong checksum";
-    case FaultKind::length:
-      return "with frames of " + std::to_string(number) + " bytes";
-    case FaultKind::flip_bits: {
-      std::vector<std::string> numbers;
-      for (const std::uint32_t bit : bits)
-        numbers.push_back(std::to_string(bit));
-      return (numbers.size() == 1 ? "with inverted bit " : "with inverted bits ") + text_list(numbers);
-    }
-    case FaultKind::bus_off:
-      return "bus-off";
-    case FaultKind::silent:
-      return "without replies";
-    case FaultKind::disconnected:
-      return "disconnected";
-    case FaultKind::exception:
-      return "with replies of exception " + std::to_string(number);
-    case FaultKind::paused:
-      return "paused";
-    case FaultKind::killed:
-      return "killed";
-    case FaultKind::takes_longer:
-      return "with steps that take " + format_duration(duration_ns) + " longer";
-  }
-  return {};
+double read_fault_share(const Value& share, const std::string& key, Diagnostics& diagnostics) {
+  if (share.number() == 0.0)
+    diagnostics.add(share.place(), "'" + key + "': 0 % changes nothing; a fault has a share above 0 %");
+  return share.number();
 }
 
-Schema faults_schema() {
-  return Schema::list(fault_schema());
+Schema faults_schema(const ScenarioTypes& types) {
+  return Schema::list(fault_schema(types));
 }
 
 void read_faults(const Value& root, Scenario& scenario, ReaderContext& reading) {
@@ -272,7 +255,8 @@ void read_faults(const Value& root, Scenario& scenario, ReaderContext& reading) 
     if (const TargetWord* const target = target_of(section, reading.diagnostics)) {
       fault.target = target->target;
       fault.subject = word_of(section[target->key]);
-      read_effect(section, fault, reading);
+      fault.place = section[section.chosen()].place();
+      fault.effect = EffectReader(section, fault, reading).read();
     }
     for (const Value& reader : section["readers"].items())
       fault.readers.push_back(word_of(reader));

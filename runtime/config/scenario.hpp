@@ -303,6 +303,9 @@ struct ScenarioTypes {
   SchemaOfModules modules{};  ///< without those of plug-ins
   LoadPlugin load_plugin{};
   std::span<const BusSectionType> buses{};
+  Waveforms waveforms{};
+  /// The faults of signals, processes and tasks. Those of messages and devices are declared by their bus.
+  std::vector<FaultKind> faults{};
   std::span<const ExpectationKind> expectations{};
   TableClaims table_claims{};
 };

@@ -407,9 +407,9 @@ Schema scenario_schema(const ScenarioTypes& types) {
                       "The device under test, as a process of its own. Left out: a real one is attached."));
   fields.push_back(Field::with_default("processes", Schema::map(process_schema(buses)), "{}",
                                        "Other programs that the run starts and watches."));
-  fields.push_back(Field::with_default("stimuli", stimuli_schema(), "[]",
+  fields.push_back(Field::with_default("stimuli", stimuli_schema(types.waveforms), "[]",
                                        "Signals that drive inputs of modules and outputs of buses."));
-  fields.push_back(Field::with_default("faults", faults_schema(), "[]",
+  fields.push_back(Field::with_default("faults", faults_schema(types), "[]",
                                        "Faults of signals, messages, devices, processes and tasks."));
   fields.push_back(Field::with_default("test_tables", test_tables_schema(), "[]",
                                        "Values, faults and expectations at given run times, in CSV files."));

@@ -1,7 +1,6 @@
 #include "runtime/config/stimulus_section.hpp"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include <hil/quantity.hpp>
@@ -13,51 +12,19 @@
 namespace hil::config {
 namespace {
 
-Schema pair_schema(const char* first, const char* first_about, const char* second, const char* second_about,
-                   std::vector<Field> more) {
-  std::vector<Field> fields{Field::needed(first, Schema::text(), first_about),
-                            Field::needed(second, Schema::text(), second_about)};
-  fields.insert(fields.end(), more.begin(), more.end());
-  return Schema::record(std::move(fields));
+Schema segment_schema(const Waveforms& waveforms) {
+  std::vector<Field> kinds;
+  for (const WaveformKind& kind : waveforms.kinds)
+    kinds.push_back(Field::optional(kind.key, kind.schema(), kind.about));
+  const std::vector<Field> common{
+      Field::optional("name", Schema::name(), "The name of the part: its begin is an event of the report."),
+      Field::optional("for", duration_schema(min_duration_s),
+                      "The duration. Left out, in the last part: to the end of the run."),
+  };
+  return kinds.empty() ? Schema::record(common) : Schema::exactly_one(kinds, common);
 }
 
-Schema segment_schema() {
-  const Field period = Field::needed("period", duration_schema(min_duration_s), "The period.");
-  return Schema::exactly_one(
-      {
-          Field::optional("hold", Schema::text(), "An expression, whose value is held: a step."),
-          Field::optional("value", Schema::text(), "An expression, computed in each tick."),
-          Field::optional("ramp", Schema::text(),
-                          "The last value of a ramp, which begins at the value before it and takes 'for'."),
-          Field::optional("sine",
-                          pair_schema("mean", "The mean.", "amplitude", "The amplitude.",
-                                      {period, Field::with_default(
-                                                   "phase", Schema::quantity(Quantity::angle_rad, -1e3, 1e3),
-                                                   "0 deg", "The angle at the begin.")}),
-                          "A sine."),
-          Field::optional("sawtooth",
-                          pair_schema("low", "The value at the begin of a period.", "high",
-                                      "The value at its end.", {period}),
-                          "Rises, or falls, in each period, and goes back at once."),
-          Field::optional(
-              "pulses",
-              pair_schema("low", "The value between pulses.", "high", "The value of a pulse.",
-                          {period, Field::with_default("width", Schema::quantity(Quantity::share, 0.0, 1.0),
-                                                       "50 %", "The share of a period that is high.")}),
-              "Pulses; a period begins with its pulse."),
-          Field::optional("noise",
-                          pair_schema("mean", "The mean.", "deviation", "The standard deviation.", {}),
-                          "Normally distributed random values, one in each tick, from the run's seed."),
-      },
-      {
-          Field::optional("name", Schema::name(),
-                          "The name of the part: its begin is an event of the report."),
-          Field::optional("for", duration_schema(min_duration_s),
-                          "The duration. Left out, in the last part: to the end of the run."),
-      });
-}
-
-Schema stimulus_schema() {
+Schema stimulus_schema(const Waveforms& waveforms) {
   const Schema file = Schema::record({
       Field::needed("path", Schema::file(),
                     "A CSV file: a column 'time' in seconds, and one for each value."),
@@ -77,7 +44,7 @@ Schema stimulus_schema() {
   add_activation_fields(common);
   return Schema::exactly_one(
       {
-          Field::optional("sequence", Schema::list(segment_schema(), 1, 10'000),
+          Field::optional("sequence", Schema::list(segment_schema(waveforms), 1, 10'000),
                           "The parts, one after the other."),
           Field::optional("file", file, "A column of a CSV file."),
       },
@@ -85,7 +52,6 @@ Schema stimulus_schema() {
 }
 
 std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, ReaderContext& reading) {
-  using Kind = StimulusSegment::Kind;
   Diagnostics& diagnostics = reading.diagnostics;
   const std::size_t before = diagnostics.count();
   StimulusSegment segment;
@@ -95,39 +61,12 @@ std::optional<StimulusSegment> read_segment(const Value& section, bool is_last, 
     segment.for_ns = section["for"].duration_ns();
     if (reading.base) need_a_tick(section["for"], "for", reading.base->period_ns, diagnostics);
   }
-  const std::string& kind = section.chosen();
-  const auto add = [&](const Value& text) {
-    if (auto expression = Expression::parse(text, diagnostics))
-      segment.values.push_back(std::move(*expression));
-  };
-  const Value& value = section[kind];
-  if (kind == "hold" || kind == "value" || kind == "ramp") {
-    segment.kind = kind == "ramp" ? Kind::ramp : kind == "hold" ? Kind::hold : Kind::value;
-    add(value);
-  } else {
-    segment.kind = kind == "sine"       ? Kind::sine
-                   : kind == "sawtooth" ? Kind::sawtooth
-                   : kind == "pulses"   ? Kind::pulses
-                                        : Kind::noise;
-    const bool is_mean = kind == "sine" || kind == "noise";
-    add(value[is_mean ? "mean" : "low"]);
-    add(value[kind == "sine" ? "amplitude" : is_mean ? "deviation" : "high"]);
-    if (kind != "noise") {
-      segment.period_ns = value["period"].duration_ns();
-      const std::int64_t tick_ns = reading.base ? reading.base->period_ns : 0;
-      if (segment.period_ns < 2 * tick_ns) {
-        diagnostics.add(value["period"].place(), "'period': " + format_duration(segment.period_ns) +
-                                                     " is shorter than two base periods of " +
-                                                     format_duration(tick_ns) +
-                                                     ", so the ticks do not show the shape; give at least " +
-                                                     format_duration(2 * tick_ns));
-      }
-    }
-    if (kind == "sine") segment.share = value["phase"].number() / (2.0 * std::numbers::pi);
-    if (kind == "pulses") segment.share = value["width"].number();
-  }
-  if (!segment.for_ns && segment.kind == Kind::ramp)
-    diagnostics.add(section.place(), "a ramp needs its duration 'for'");
+  const std::string& key = section.chosen();
+  const auto kind = std::ranges::find(reading.types.waveforms.kinds, key, &WaveformKind::key);
+  segment.waveform = kind->read(
+      section[key], {.period_ns = reading.base ? reading.base->period_ns : 0, .diagnostics = diagnostics});
+  if (!segment.for_ns && kind->needs_duration)
+    diagnostics.add(section.place(), "a " + key + " needs its duration 'for'");
   else if (!segment.for_ns && !is_last)
     diagnostics.add(section.place(), "this part needs its duration 'for', since another one follows");
   if (diagnostics.count() != before) return std::nullopt;
@@ -163,8 +102,8 @@ void check_named_parts(const StimulusSection& stimulus, const Scenario& scenario
 
 }  // namespace
 
-Schema stimuli_schema() {
-  return Schema::list(stimulus_schema());
+Schema stimuli_schema(const Waveforms& waveforms) {
+  return Schema::list(stimulus_schema(waveforms));
 }
 
 void read_stimuli(const Value& root, Scenario& scenario, ReaderContext& reading) {

@@ -5,14 +5,11 @@
 #include <cmath>
 #include <utility>
 
-#include <hil/quantity.hpp>
-
 #include "runtime/config/csv_reader.hpp"
+#include "runtime/config/scenario.hpp"
 
 namespace hil::config {
 namespace {
-
-using FaultKind = FaultSection::Kind;
 
 enum Column : std::uint8_t {
   time_column,
@@ -30,25 +27,13 @@ constexpr std::array<const char*, columns> column_names{"time",        "signal",
 constexpr std::array<std::pair<std::string_view, Column>, 2> other_column_names{
     {{"timestamp", time_column}, {"channel", signal_column}}};
 
-struct FaultState {
-  const char* name;
-  FaultKind kind;
-  const char* example;  ///< of the state with its value; empty: it has none, or may have one
-};
-constexpr std::array<FaultState, 7> fault_states{{
-    {"stuck", FaultKind::stuck, ""},
-    {"offset", FaultKind::offset, "offset 2 cm"},
-    {"gain", FaultKind::gain, "gain 1.1"},
-    {"noise", FaultKind::noise, "noise 5 mm"},
-    {"drift", FaultKind::drift, "drift 1 mm/s"},
-    {"delay", FaultKind::delay, "delay 50 ms"},
-    {"dropout", FaultKind::dropout, "dropout 30 %"},
-}};
-
 class TestTableReader {
  public:
-  TestTableReader(const Value& path, Diagnostics& diagnostics)
-      : path_(path), diagnostics_(diagnostics), file_(path.text(), path.place(), diagnostics) {}
+  TestTableReader(const Value& path, const ScenarioTypes& types, Diagnostics& diagnostics)
+      : path_(path),
+        types_(types),
+        diagnostics_(diagnostics),
+        file_(path.text(), path.place(), diagnostics) {}
 
   std::optional<std::vector<TestTableRow>> read() {
     const std::size_t before = diagnostics_.count();
@@ -151,43 +136,30 @@ class TestTableReader {
       row.fault_ends = text.place;
       return;
     }
-    const auto state = std::ranges::find(fault_states, name, &FaultState::name);
-    if (state == fault_states.end()) {
-      std::vector<std::string> names{"none", "release"};
-      for (const FaultState& one : fault_states)
-        names.emplace_back(one.name);
-      diagnostics_.add(text.place, in_quotes(name) + " is no state of a fault" + all_known(name, names));
-      return;
+    std::vector<std::string> names{"none", "release"};
+    for (const FaultKind& kind : types_.faults) {
+      if (kind.read_cell == nullptr) continue;
+      if (kind.key == name) {
+        row.fault =
+            FaultSection{.name = {}, .place = text.place, .effect = read_effect(kind, text, argument)};
+        return;
+      }
+      names.push_back(kind.key);
     }
-    row.fault = FaultSection{.name = {}, .kind = state->kind, .place = text.place};
-    read_argument(*state, argument, *row.fault);
+    diagnostics_.add(text.place, in_quotes(name) + " is no state of a fault" + all_known(name, names));
   }
 
-  void read_argument(const FaultState& state, const Word& argument, FaultSection& section) {
-    if (has_decimal_comma(argument)) return;
-    if (state.kind == FaultKind::stuck && (argument.text.empty() || argument.text == "last")) {
-      section.kind = FaultKind::stuck_at_last;
-    } else if (argument.text.empty()) {
-      diagnostics_.add(section.place,
-                       in_quotes(state.name) + " needs its value, as " + in_quotes(state.example));
-    } else if (state.kind == FaultKind::delay || state.kind == FaultKind::dropout) {
-      const bool is_delay = state.kind == FaultKind::delay;
-      const auto reading = read_quantity(argument.text, is_delay ? Quantity::duration_s : Quantity::share);
-      if (!reading.fault.empty()) {
-        diagnostics_.add(argument.place, in_quotes(argument.text) + " " + reading.fault);
-      } else if (is_delay ? reading.nanoseconds <= 0 || reading.value_si > max_fault_delay_s
-                          : !(reading.value_si >= 0.0 && reading.value_si <= 1.0)) {
-        diagnostics_.add(argument.place, in_quotes(argument.text) + " is out of range; it can be " +
-                                             (is_delay ? "above 0 s, up to 60 s" : "from 0 % to 100 %"));
-      }
-      section.duration_ns = reading.nanoseconds;
-      section.share = reading.value_si;
-    } else {
-      section.value = Expression::parse(argument, diagnostics_);
-    }
+  std::shared_ptr<const FaultEffect> read_effect(const FaultKind& kind, const Word& cell,
+                                                 const Word& argument) {
+    if (has_decimal_comma(argument)) return nullptr;
+    if (!argument.text.empty() || kind.cell_example.empty()) return kind.read_cell(argument, diagnostics_);
+    diagnostics_.add(cell.place,
+                     in_quotes(kind.key) + " needs its value, as " + in_quotes(kind.cell_example));
+    return nullptr;
   }
 
   const Value& path_;
+  const ScenarioTypes& types_;
   Diagnostics& diagnostics_;
   CsvReader file_;
   std::array<std::optional<std::size_t>, columns> places_;
@@ -208,8 +180,9 @@ Schema test_tables_schema() {
   }));
 }
 
-std::optional<std::vector<TestTableRow>> read_test_table(const Value& path, Diagnostics& diagnostics) {
-  return TestTableReader(path, diagnostics).read();
+std::optional<std::vector<TestTableRow>> read_test_table(const Value& path, const ScenarioTypes& types,
+                                                         Diagnostics& diagnostics) {
+  return TestTableReader(path, types, diagnostics).read();
 }
 
 }  // namespace hil::config

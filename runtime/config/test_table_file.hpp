@@ -9,8 +9,8 @@
 //
 // The first row names the columns. `time` is the run time in seconds; `signal` names a signal; both are
 // needed. `value` drives the signal from then on. `fault` is the state of its fault from then on: "none" ends
-// it; "stuck" (at the last value), "stuck 1.2 m", "offset 2 cm", "gain 1.1", "noise 5 mm", "drift 1 mm/s",
-// "delay 50 ms", "dropout 30 %". `expectation` is what the signal has to be at this instant, within
+// it; a kind of fault of a signal with its value begins it: "stuck" (at the last value), "offset 2 cm",
+// "delay 50 ms" (FaultKind::read_cell). `expectation` is what the signal has to be at this instant, within
 // `tolerance`. An empty cell changes nothing. `comment` is not read. As in tables of other tools, `time` may
 // be called `timestamp`, `signal` `channel`, and "none" "release".
 //
@@ -39,13 +39,14 @@ struct TestTableRow {
   std::int64_t time_ns = 0;
   Word signal;
   std::optional<Expression> value{};
-  std::optional<FaultSection> fault{};  ///< only its kind, the place of it, and what the kind needs
+  std::optional<FaultSection> fault{};  ///< only its effect and the place of that
   std::optional<Place> fault_ends{};    ///< of "none"
   std::optional<Expression> expectation{}, tolerance{};
 };
 
 /// Empty with mistakes, all of them, at their places.
-std::optional<std::vector<TestTableRow>> read_test_table(const Value& path, Diagnostics& diagnostics);
+std::optional<std::vector<TestTableRow>> read_test_table(const Value& path, const ScenarioTypes& types,
+                                                         Diagnostics& diagnostics);
 
 Schema test_tables_schema();
 

@@ -89,9 +89,8 @@ class TableParts {
     if (!segments.empty()) segments.back().for_ns = tick_ns - parts.last_begin_ns;
     parts.last_begin_ns = tick_ns;
     segments.push_back({.name = "",
-                        .kind = StimulusSegment::Kind::hold,
                         .place = row.value->place(),
-                        .values = {*row.value},
+                        .waveform = reading_.types.waveforms.held(*row.value),
                         .for_ns = {}});
   }
 
@@ -114,11 +113,8 @@ class TableParts {
     fault.subject = row.signal;
     fault.test_table = table_.text;
     fault.activation.at_ns = tick_ns;
-    if (fault.kind == FaultSection::Kind::delay && fault.duration_ns % period_ns_ != 0) {
-      reading_.diagnostics.add(fault.place, "a delay of " + format_duration(fault.duration_ns) +
-                                                " is no multiple of the base period of " +
-                                                format_duration(period_ns_));
-    }
+    if (const std::string problem = fault.effect->period_problem(period_ns_); !problem.empty())
+      reading_.diagnostics.add(fault.place, problem);
     parts.fault = faults_.size();
     faults_.push_back(std::move(fault));
   }
@@ -170,7 +166,7 @@ void read_test_tables(const Value& root, Scenario& scenario, ReaderContext& read
   for (const Value& section : list->items()) {
     if (const std::optional<Word> name = word_in(section, "name")) names.add(*name);
     if (!is_whole(section)) continue;
-    const auto rows = read_test_table(section["file"], reading.diagnostics);
+    const auto rows = read_test_table(section["file"], reading.types, reading.diagnostics);
     if (rows && reading.base) TableParts(word_of(section["name"]), scenario, reading).add(*rows);
   }
 }

@@ -7,9 +7,10 @@
 namespace hil::expectations {
 
 Arrivals::Source& Arrivals::source_of(io::Device& device, const signals::Links& links) {
-  const auto found = std::ranges::find(sources_, &device, &Source::device);
+  io::ArrivalSource* const arrivals = device.arrival_source();
+  const auto found = std::ranges::find(sources_, arrivals, &Source::arrivals);
   if (found != sources_.end()) return *found;
-  Source source{.device = &device,
+  Source source{.arrivals = arrivals,
                 .inputs = links.inputs,
                 .fresh = std::vector<signals::SignalId>(links.inputs.size()),
                 .values = std::vector<io::InputValue>(links.inputs.size()),
@@ -27,7 +28,8 @@ void Arrivals::keep(io::Device& device, const signals::Links& links, signals::Si
   const auto input = std::ranges::find(links.inputs, signal);
   if (keeps(signal) || input == links.inputs.end()) return;
   const auto index = static_cast<std::size_t>(input - links.inputs.begin());
-  if (!device.keep_arrivals(index)) return;
+  io::ArrivalSource* const arrivals = device.arrival_source();
+  if (arrivals == nullptr || !arrivals->keep_arrivals(index)) return;
   const Source& source = source_of(device, links);
   kept_.push_back(signal);
   for (const io::InputGroup& group : device.input_groups()) {
@@ -44,7 +46,7 @@ bool Arrivals::keeps(signals::SignalId signal) const noexcept {
 
 void Arrivals::take_next(Source& source) noexcept {
   do
-    source.next = source.device->next_arrival(source.values);
+    source.next = source.arrivals->next_arrival(source.values);
   while (source.next && source.next->time_ns < 0);
 }
 
@@ -89,7 +91,7 @@ std::string Arrivals::lost_text() const {
 std::uint64_t Arrivals::lost_by_devices() const noexcept {
   std::uint64_t lost = 0;
   for (const Source& source : sources_)
-    lost += source.device->lost_arrivals();
+    lost += source.arrivals->lost_arrivals();
   return lost;
 }
 

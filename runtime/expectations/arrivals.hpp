@@ -58,7 +58,7 @@ class Arrivals {
 
  private:
   struct Source {
-    io::Device* device;
+    io::ArrivalSource* arrivals;
     std::vector<signals::SignalId> inputs;  ///< by input
     std::vector<signals::SignalId> fresh;   ///< by input: of its group; invalid: none
     std::vector<io::InputValue> values;     ///< of `next`

@@ -1,44 +1,19 @@
 #include "runtime/injection/faults.hpp"
 
 #include <algorithm>
-#include <map>
 #include <utility>
 
-#include <hil/numbers.hpp>
-#include <hil/quantity.hpp>
-#include <hil/splitmix64.hpp>
-#include <hil/unit.hpp>
-
+#include <hil/require.hpp>
 #include "runtime/config/text_lists.hpp"
+#include <hil/quantity.hpp>
 #include "runtime/injection/activity_signal.hpp"
 #include "runtime/injection/faulty_signal.hpp"
-#include "runtime/signals/signal_expression.hpp"
-#include "runtime/signals/value_names.hpp"
+#include <hil/splitmix64.hpp>
 
 namespace hil::injection {
 
 using config::FaultSection;
 using signals::SignalId;
-
-namespace {
-
-/// A mistake where the value can not change the signal, or is no deviation. `constant`: empty: it varies.
-void check_constant_value(const FaultSection& section, std::optional<double> constant,
-                          const std::string& unit, config::Diagnostics& diagnostics) {
-  using Kind = FaultSection::Kind;
-  if (!constant || section.kind == Kind::stuck) return;
-  const std::string value = config::format_number(*constant) + (unit.empty() ? "" : " " + unit);
-  if (*constant == (section.kind == Kind::gain ? 1.0 : 0.0)) {
-    diagnostics.add(section.value->place(), "fault '" + section.name.text + "' (" + section.effect() +
-                                                ") does not change '" + section.subject.text +
-                                                "'; give another value");
-  } else if (section.kind == Kind::noise && *constant < 0.0) {
-    diagnostics.add(section.value->place(), "fault '" + section.name.text + "': the standard deviation is " +
-                                                value + "; it has to be above 0");
-  }
-}
-
-}  // namespace
 
 struct Faults::Fault {
   const FaultSection* section = nullptr;
@@ -63,7 +38,7 @@ void Faults::declare(const config::Scenario& scenario, signals::KnownSignals& kn
     fault->seed = modules::splitmix64(scenario.seed ^ (0xFA17u + faults_.size()) * modules::splitmix64_step);
     fault->active = add_activity_signal("fault", section.name, "faults", known.table(), diagnostics);
     faults_.push_back(std::move(fault));
-    if (section.target == FaultSection::Target::signal)
+    if (section.target == config::FaultTarget::signal)
       declare_signal(scenario, *faults_.back(), known, diagnostics);
   }
 }
@@ -96,7 +71,7 @@ void Faults::declare_signal(const config::Scenario& scenario, Fault& fault, sign
     faulty = faulty_.end() - 1;
     known.table().add_read_observer((*faulty)->faulted, **faulty);
   }
-  fault.effect = std::make_unique<SignalEffect>(section, scenario.base_period_ns, fault.seed);
+  fault.effect = std::make_unique<SignalEffect>(section);
   (*faulty)->sections.push_back(&section);
   (*faulty)->effects.push_back(fault.effect.get());
 }
@@ -166,36 +141,22 @@ void Faults::check_readers(config::Diagnostics& diagnostics) const {
 
 void Faults::compile(const config::Scenario& scenario, const signals::KnownSignals& known,
                      config::Diagnostics& diagnostics) {
-  const std::map<std::string, double> no_names;
   for (const auto& fault : faults_) {
     const FaultSection& section = *fault->section;
     const std::uint64_t seed = modules::splitmix64(fault->seed);
     fault->activation =
         Activation::compile(section.activation, known, scenario.base_period_ns, seed, diagnostics);
-    if (!section.value || fault->effect == nullptr) continue;
-    const SignalId signal = *known.table().find(section.subject.text);
-    const signals::SignalInfo& info = known.table().info(signal);
-    if (section.kind == FaultSection::Kind::gain && units::difference_unit(info.unit).symbol != info.unit) {
-      diagnostics.add(section.value->place(), "fault '" + section.name.text + "': a gain of '" + info.name +
-                                                  "', a temperature in " + info.unit +
-                                                  ", depends on where its scale begins; use 'offset', or "
-                                                  "give the signal the unit K");
-      continue;
-    }
-    const FaultValueUnit wanted = fault_value_unit(section.kind, info.unit);
-    const auto names = section.kind == FaultSection::Kind::stuck ? info.named_values : no_names;
-    const auto given = signals::with_named_values(*section.value, names, info.name, known, diagnostics);
-    if (!given) continue;
-    auto value = signals::SignalExpression::compile(
-        *given, known,
-        {.unit = wanted.symbol,
-         .is_difference = wanted.is_difference,
-         .is_rate = wanted.is_rate,
-         .what = "the value of fault '" + section.name.text + "'"},
-        {.period_ns = scenario.base_period_ns, .seed = modules::splitmix64(seed)}, diagnostics);
-    if (!value) continue;
-    check_constant_value(section, value->constant(), wanted.symbol, diagnostics);
-    fault->effect->set_value(std::move(*value), wanted.factor);
+    if (fault->effect == nullptr) continue;
+    const auto* const effect = dynamic_cast<const SignalFault*>(section.effect.get());
+    config::require(effect != nullptr, "the fault of a signal has an effect of a kind in table.def");
+    fault->effect->set_action(
+        effect->make({.section = section,
+                      .signal = known.table().info(*known.table().find(section.subject.text)),
+                      .known = known,
+                      .base_period_ns = scenario.base_period_ns,
+                      .seed = fault->seed,
+                      .expression_seed = modules::splitmix64(seed),
+                      .diagnostics = diagnostics}));
   }
 }
 
@@ -209,8 +170,8 @@ void Faults::open(signals::SignalTable& table, modules::EventLog& events,
     Fault& fault = *faults_[i];
     if (i < switches.size()) fault.target = switches[i];
     const std::string text = "fault " + fault.section->name.text + " ";
-    fault.begins =
-        events.add_kind(text + "begins: " + fault.section->subject.text + " " + fault.section->effect());
+    fault.begins = events.add_kind(text + "begins: " + fault.section->subject.text + " " +
+                                   fault.section->effect->sentence());
     fault.ends = events.add_kind(text + "ends");
   }
 }
@@ -238,8 +199,8 @@ void Faults::end_tick(std::int64_t /*time_ns*/) noexcept {
 }
 
 /// Of one that began.
-FaultEffect Faults::effect_of(const Fault& fault) const {
-  if (fault.target != nullptr) return fault.target->effect();
+FaultOutcome Faults::outcome_of(const Fault& fault) const {
+  if (fault.target != nullptr) return fault.target->outcome();
   if (!fault.effect) return {};
   if (fault.effect->took_effect()) return {.took_effect = true};
   const auto faulty = std::ranges::find_if(faulty_, [&](const auto& one) {
@@ -260,22 +221,22 @@ FaultEffect Faults::effect_of(const Fault& fault) const {
 
 void Faults::fill(std::int64_t end_ns, report::RunRecord& record) const {
   for (const auto& fault : faults_) {
-    FaultEffect effect;
+    FaultOutcome outcome;
     if (fault->activation->has_begun()) {
-      effect = effect_of(*fault);
+      outcome = outcome_of(*fault);
     } else {
-      if (fault->target != nullptr) effect.frames = fault->target->effect().frames;
-      effect.missing = fault->activation->lost_draws();
+      if (fault->target != nullptr) outcome.frames = fault->target->outcome().frames;
+      outcome.missing = fault->activation->lost_draws();
     }
     record.faults.push_back({.name = fault->section->name.text,
                              .target = fault->section->subject.text,
-                             .effect = fault->section->effect(),
+                             .effect = fault->section->effect->sentence(),
                              .begins = fault->activation->begins(),
                              .first_begin_ns = fault->activation->first_begin_ns(),
                              .active_ns = fault->activation->active_ns(end_ns),
-                             .frames = effect.frames,
-                             .took_effect = effect.took_effect,
-                             .missing_effect = std::move(effect.missing),
+                             .frames = outcome.frames,
+                             .took_effect = outcome.took_effect,
+                             .missing_effect = std::move(outcome.missing),
                              .test_table = fault->section->test_table});
     for (const Activation::Span& span : fault->activation->spans())
       record.faults.back().spans.push_back({span.begin_ns, std::min(span.end_ns, end_ns)});

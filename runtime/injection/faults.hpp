@@ -38,7 +38,7 @@ struct Reader {
 };
 
 /// What became of a fault that began.
-struct FaultEffect {
+struct FaultOutcome {
   std::optional<bool> took_effect{};      ///< empty: not known
   std::string missing{};                  ///< why it took none, as a clause for the report
   std::optional<std::uint64_t> frames{};  ///< frames or requests that came in its time; empty: not counted
@@ -51,7 +51,7 @@ class FaultSwitch {
   /// At the begin of a tick, after the inputs of devices are latched. Neither allocates nor blocks.
   virtual void set(bool active) noexcept = 0;
   /// After the run.
-  virtual FaultEffect effect() const = 0;
+  virtual FaultOutcome outcome() const = 0;
 };
 
 class FaultySignal;
@@ -92,7 +92,7 @@ class Faults {
   struct Fault;
   void declare_signal(const config::Scenario& scenario, Fault& fault, signals::KnownSignals& known,
                       config::Diagnostics& diagnostics);
-  FaultEffect effect_of(const Fault& fault) const;
+  FaultOutcome outcome_of(const Fault& fault) const;
 
   std::vector<std::unique_ptr<Fault>> faults_;  ///< in the order of the scenario
   std::vector<std::unique_ptr<FaultySignal>> faulty_;

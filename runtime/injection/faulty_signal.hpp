@@ -3,52 +3,45 @@
 //
 // Threads: made on the one that wires the run; the rest on the base thread, without allocation.
 
-#include <cmath>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "runtime/config/fault_section.hpp"
-#include "runtime/injection/activation.hpp"
-#include "runtime/injection/delay_line.hpp"
-#include "runtime/injection/random_numbers.hpp"
-#include "runtime/signals/signal_expression.hpp"
+#include "runtime/injection/signal_fault.hpp"
 #include "runtime/signals/signal_table.hpp"
 
 namespace hil::injection {
 
-/// What the value of a fault is in.
-struct FaultValueUnit {
-  std::string symbol;
-  double factor = 1.0;         ///< to the unit of the signal
-  bool is_difference = false;  ///< of two values
-  bool is_rate = false;        ///< per second
-};
-FaultValueUnit fault_value_unit(config::FaultSection::Kind kind, const std::string& unit_of_signal);
-
-/// One fault of a signal.
+/// One fault of a signal: its action while it is active, and what readers had of it.
 class SignalEffect {
  public:
-  /// The section outlives it. `seed`: of its random numbers.
-  SignalEffect(const config::FaultSection& section, std::int64_t base_period_ns, std::uint64_t seed);
+  /// The section outlives it.
+  explicit SignalEffect(const config::FaultSection& section) : section_(section) {}
 
-  /// Of its value, which is multiplied by `factor`.
-  void set_value(signals::SignalExpression value, double factor) {
-    value_ = std::move(value);
-    value_factor_ = factor;
+  /// Before the first tick.
+  void set_action(std::unique_ptr<SignalAction> action) noexcept { action_ = std::move(action); }
+  void begin_tick(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+    action_->begin_tick(table, time_ns);
   }
-  void begin_tick(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
   /// The fault begins in this tick.
-  void begin(std::int64_t time_ns) noexcept;
-  void end() noexcept { is_active_ = false; }
-  void act_on(signals::SignalValue& signal, std::int64_t time_ns) noexcept;
-  /// Whether its result does not depend on what comes to it now: the true value, changed by earlier faults.
-  bool replaces_value() const noexcept;
-  bool is_stuck_at_last() const noexcept {
-    return is_active_ && section_.kind == config::FaultSection::Kind::stuck_at_last;
+  void begin(std::int64_t time_ns) noexcept {
+    is_active_ = true;
+    began_ns_ = time_ns;
+    action_->begin(time_ns);
   }
+  void end() noexcept { is_active_ = false; }
+  void act_on(signals::SignalValue& signal, std::int64_t time_ns) noexcept {
+    if (is_active_) action_->act_on(signal, time_ns);
+  }
+  void keep(const signals::SignalValue& signal, std::int64_t time_ns) noexcept {
+    action_->keep(signal, time_ns);
+  }
+  bool replaces_value() const noexcept { return is_active_ && action_->replaces_value(); }
+  bool holds_last_value() const noexcept { return is_active_ && action_->holds_last_value(); }
   /// While both are active: whether it began after the other one.
   bool began_after(const SignalEffect& other) const noexcept { return began_ns_ > other.began_ns_; }
   const std::string& name() const noexcept { return section_.name.text; }
@@ -59,9 +52,9 @@ class SignalEffect {
     was_read_ = true;
     if (replacing != nullptr) {
       note_replaced(replacing->name());
-    } else if (value_ && std::isnan(number_)) {
+    } else if (action_->is_unknown()) {
       was_unknown_ = true;
-    } else if (section_.kind != config::FaultSection::Kind::dropout || is_dropped_) {
+    } else if (action_->acts()) {
       has_acted_ = true;
       took_effect_ |= !is_true;
     }
@@ -70,8 +63,8 @@ class SignalEffect {
   void note_replaced(std::string_view fault) noexcept {
     if (is_active_) was_read_ = true, replaced_by_ = fault;
   }
-  /// What was so at least once while it was active: a reader took a value; one without a dropout that had not
-  /// drawn this tick; one that was not the true one.
+  /// What was so at least once while it was active: a reader took a value; one on which it acted; one that
+  /// was not the true one.
   bool was_read() const noexcept { return was_read_; }
   bool has_acted() const noexcept { return has_acted_; }
   bool took_effect() const noexcept { return took_effect_; }
@@ -79,25 +72,12 @@ class SignalEffect {
   bool was_unknown() const noexcept { return was_unknown_; }
   /// The later fault that replaced what it did when a reader took a value; empty: none.
   std::string_view replaced_by() const noexcept { return replaced_by_; }
-  /// A delay keeps what comes to it at the end of a tick.
-  void keep(const signals::SignalValue& signal, std::int64_t time_ns) noexcept {
-    if (line_) line_->keep(signal, time_ns);
-  }
 
  private:
   const config::FaultSection& section_;
-  std::optional<signals::SignalExpression> value_;
-  double value_factor_ = 1.0;
-  RandomNumbers random_;
-  std::optional<DelayLine> line_;
+  std::unique_ptr<SignalAction> action_;
   bool is_active_ = false;
   std::int64_t began_ns_ = 0;
-
-  // Of this tick.
-  double number_ = 0.0;  ///< the value, with the noise drawn
-  bool is_dropped_ = false;
-  bool takes_last_ = false;  ///< the next value is the one that it is stuck at
-  signals::SignalValue last_;
   bool was_read_ = false, has_acted_ = false, took_effect_ = false, was_unknown_ = false;
   std::string_view replaced_by_{};
 };

@@ -1,26 +1,14 @@
 #include "runtime/injection/segments.hpp"
 
-#include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
-#include <hil/numbers.hpp>
-#include <hil/splitmix64.hpp>
-
-#include "runtime/signals/value_names.hpp"
+#include <hil/require.hpp>
 
 namespace hil::injection {
 namespace {
 
-using SegmentKind = config::StimulusSegment::Kind;
-
 constexpr std::int64_t without_end = std::numeric_limits<std::int64_t>::max();
-
-/// The share of a period that has passed.
-double phase_of(std::int64_t passed_ns, std::int64_t period_ns) noexcept {
-  return static_cast<double>(passed_ns % period_ns) / static_cast<double>(period_ns);
-}
 
 }  // namespace
 
@@ -30,36 +18,16 @@ std::optional<Segments> Segments::compile(std::span<const config::StimulusSegmen
                                           std::uint64_t seed, config::Diagnostics& diagnostics) {
   const std::size_t before = diagnostics.count();
   Segments result(repeat, seed);
-  const std::string &unit = driven.unit, what = "'" + driven.name + "'";
-  const units::DifferenceUnit difference = units::difference_unit(unit);
   for (const config::StimulusSegment& section : segments) {
-    Segment segment{.kind = section.kind,
+    Segment segment{.waveform = std::dynamic_pointer_cast<const Waveform>(section.waveform),
                     .expressions = {},
-                    .period_ns = section.period_ns,
-                    .share = section.share,
+                    .values = {},
                     .for_ns = section.for_ns.value_or(without_end)};
-    for (std::size_t i = 0; i < section.values.size(); ++i) {
-      expression::ResultSpec spec{.unit = unit, .what = what};
-      if (i == 1 && (section.kind == SegmentKind::sine || section.kind == SegmentKind::noise)) {
-        spec.unit = difference.symbol;
-        spec.is_difference = true;
-        segment.second_factor = difference.factor;
-      }
-      seed = modules::splitmix64(seed);
-      const auto value =
-          signals::with_named_values(section.values[i], driven.named_values, driven.name, known, diagnostics);
-      if (!value) return std::nullopt;
-      auto compiled = signals::SignalExpression::compile(*value, known, spec,
-                                                         {.period_ns = period_ns, .seed = seed}, diagnostics);
-      if (!compiled) return std::nullopt;
-      const auto constant = compiled->constant();
-      if (i == 1 && section.kind == SegmentKind::noise && constant && *constant < 0.0) {
-        diagnostics.add(section.values[i].place(),
-                        what + ": the standard deviation is " + config::format_number(*constant) +
-                            (spec.unit->empty() ? "" : " " + *spec.unit) + "; it has to be 0 or above");
-      }
-      segment.expressions.push_back(std::move(*compiled));
-    }
+    config::require(segment.waveform != nullptr, "a waveform of a kind in table.def");
+    WaveformCompiler compiler(known, driven, period_ns, seed, diagnostics);
+    if (!segment.waveform->compile(compiler)) return std::nullopt;
+    segment.expressions = compiler.take();
+    segment.values.resize(segment.expressions.size());
     result.segments_.push_back(std::move(segment));
   }
   if (diagnostics.count() != before) return std::nullopt;
@@ -75,45 +43,28 @@ void Segments::begin(double value, std::int64_t time_ns) noexcept {
   is_entered_ = false;
 }
 
+/// Of the part that has begun.
+WaveformInstant Segments::instant(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
+  Segment& segment = segments_[index_];
+  WaveformInstant instant(segment.expressions, table, time_ns, random_);
+  instant.values = segment.values;
+  instant.before = before_;
+  instant.passed_ns = time_ns - begin_ns_;
+  instant.for_ns = segment.for_ns;
+  return instant;
+}
+
 void Segments::enter(std::size_t index, double value, std::int64_t time_ns,
                      const signals::SignalTable& table) noexcept {
   index_ = index;
   began_ = index;
   is_entered_ = true;
-  first_ = value;
+  before_ = value;
   begin_ns_ = time_ns;
-  Segment& segment = segments_[index];
-  a_ = segment.expressions[0].evaluate(table, time_ns, signals::Unpublished::initial_value);
-  b_ = segment.expressions.size() < 2
-           ? 0.0
-           : segment.expressions[1].evaluate(table, time_ns, signals::Unpublished::initial_value) *
-                 segment.second_factor;
-}
-
-/// Of the part that has begun.
-double Segments::shape(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
-  Segment& segment = segments_[index_];
-  const std::int64_t passed_ns = time_ns - begin_ns_;
-  switch (segment.kind) {
-    case SegmentKind::hold:
-      return a_;
-    case SegmentKind::value:
-      return passed_ns == 0
-                 ? a_
-                 : segment.expressions[0].evaluate(table, time_ns, signals::Unpublished::initial_value);
-    case SegmentKind::ramp:
-      return first_ + (a_ - first_) * static_cast<double>(passed_ns) / static_cast<double>(segment.for_ns);
-    case SegmentKind::sine:
-      return a_ +
-             b_ * std::sin(2.0 * std::numbers::pi * (phase_of(passed_ns, segment.period_ns) + segment.share));
-    case SegmentKind::sawtooth:
-      return a_ + (b_ - a_) * phase_of(passed_ns, segment.period_ns);
-    case SegmentKind::pulses:
-      return phase_of(passed_ns, segment.period_ns) < segment.share ? b_ : a_;
-    case SegmentKind::noise:
-      return a_ + b_ * random_.normal();
-  }
-  return a_;
+  const WaveformInstant begin = instant(table, time_ns);
+  std::vector<double>& values = segments_[index].values;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = begin.evaluate(i);
 }
 
 double Segments::value(const signals::SignalTable& table, std::int64_t time_ns) noexcept {
@@ -122,8 +73,9 @@ double Segments::value(const signals::SignalTable& table, std::int64_t time_ns) 
   if (!is_entered_) enter(0, last_, begin_ns_, table);
   // A part ends at its exact instant, also between ticks, where the next one begins.
   while (segments_[index_].for_ns != without_end && time_ns - begin_ns_ >= segments_[index_].for_ns) {
-    const std::int64_t end_ns = begin_ns_ + segments_[index_].for_ns;
-    const double at_end = segments_[index_].kind == SegmentKind::ramp ? a_ : last_;
+    const Segment& ended = segments_[index_];
+    const std::int64_t end_ns = begin_ns_ + ended.for_ns;
+    const double at_end = ended.waveform->at_end(last_, ended.values);
     std::size_t next = index_ + 1;
     if (next == segments_.size()) {
       ++round_;
@@ -135,7 +87,7 @@ double Segments::value(const signals::SignalTable& table, std::int64_t time_ns) 
     }
     enter(next, at_end, end_ns, table);
   }
-  return last_ = shape(table, time_ns);
+  return last_ = segments_[index_].waveform->value(instant(table, time_ns));
 }
 
 }  // namespace hil::injection

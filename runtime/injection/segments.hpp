@@ -4,6 +4,7 @@
 // Threads: compile on the one that wires the run; begin and value on the base thread, without allocation.
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,7 +12,7 @@
 
 #include "runtime/config/stimulus_section.hpp"
 #include "runtime/injection/random_numbers.hpp"
-#include "runtime/signals/signal_expression.hpp"
+#include "runtime/injection/waveform.hpp"
 
 namespace hil::injection {
 
@@ -37,17 +38,15 @@ class Segments {
   Segments(std::uint64_t repeat, std::uint64_t seed) : repeat_(repeat), random_(seed) {}
 
   struct Segment {
-    config::StimulusSegment::Kind kind{};
-    std::vector<signals::SignalExpression> expressions;
-    double second_factor = 1.0;  ///< of the amplitude or the deviation, to the unit of the values
-    std::int64_t period_ns = 0;
-    double share = 0.0;
-    std::int64_t for_ns = 0;  ///< the largest number: to the end of the run
+    std::shared_ptr<const Waveform> waveform;
+    std::vector<WaveformExpression> expressions;
+    std::vector<double> values;  ///< of the expressions, when the part began
+    std::int64_t for_ns = 0;     ///< the largest number: to the end of the run
   };
 
+  WaveformInstant instant(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
   void enter(std::size_t index, double value, std::int64_t time_ns,
              const signals::SignalTable& table) noexcept;
-  double shape(const signals::SignalTable& table, std::int64_t time_ns) noexcept;
 
   std::vector<Segment> segments_;
   std::uint64_t repeat_;  ///< 0: without end
@@ -56,8 +55,7 @@ class Segments {
   std::size_t index_ = 0;
   std::uint64_t round_ = 0;
   std::int64_t begin_ns_ = 0;  ///< of the part
-  double first_ = 0.0;         ///< the value before the part
-  double a_ = 0.0, b_ = 0.0;   ///< values of its expressions when it began
+  double before_ = 0.0;        ///< the value before the part
   double last_ = 0.0;
   bool is_entered_ = false;
   bool is_over_ = false;

@@ -6,15 +6,6 @@
 #include <cmath>
 
 namespace hil::recording {
-namespace {
-
-/// The data length code of a frame with this number of bytes.
-unsigned length_code(std::uint8_t size) {
-  if (size <= 8) return size;
-  return size <= 24 ? 9U + (size - 12U) / 4U : 13U + (size - 32U) / 16U;
-}
-
-}  // namespace
 
 void append_number(std::string& json, double value) {
   if (!std::isfinite(value)) {
@@ -41,20 +32,6 @@ std::string seconds(std::int64_t time_ns) {
   text.append(9 - decimals.size(), '0');
   text += decimals;
   return text;
-}
-
-std::string frame_message(const io::BusFrame& frame) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  std::string data;
-  for (std::size_t i = 0; !frame.remote && i < frame.size; ++i) {
-    data += digits[frame.data[i] >> 4U];
-    data += digits[frame.data[i] & 0xFU];
-  }
-  const char* const kind = frame.error ? "error" : frame.remote ? "remote" : "data";
-  return std::string("{\"id\":") + std::to_string(frame.id) +
-         ",\"extended\":" + (frame.extended ? "true" : "false") + ",\"direction\":\"" +
-         (frame.sent ? "tx" : "rx") + "\",\"kind\":\"" + kind + "\",\"fd\":" + (frame.fd ? "true" : "false") +
-         ",\"dlc\":" + std::to_string(length_code(frame.size)) + ",\"data\":\"" + data + "\"}";
 }
 
 std::string event_message(std::int64_t time_ns, std::string_view text) {

@@ -7,8 +7,6 @@
 #include <string>
 #include <string_view>
 
-#include "io/frame_sink.hpp"
-
 namespace hil::recording {
 
 /// The shortest digits that read back as the same double; null for what is no finite number.
@@ -18,7 +16,6 @@ std::string json_text(std::string_view text);
 /// Seconds as a JSON number, exact to the nanosecond.
 std::string seconds(std::int64_t time_ns);
 
-std::string frame_message(const io::BusFrame& frame);
 std::string event_message(std::int64_t time_ns, std::string_view text);
 std::string miss_message(std::string_view task, std::uint64_t tick, std::string_view cause,
                          std::int64_t lateness_ns);

@@ -1,6 +1,7 @@
 #include "runtime/recording/recorder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -50,22 +51,33 @@ struct Recorder::Topic {
 
 class Recorder::FrameRing final : public io::FrameSink {
  public:
-  FrameRing(Recorder& recorder, std::string bus, std::uint16_t channel)
-      : recorder_(recorder), bus_(std::move(bus)), channel_(channel), ring_(ring_frames) {}
+  struct Frame {
+    io::RunTimeNs time_ns = 0;
+    std::size_t size = 0;
+    std::array<std::byte, io::max_frame_bytes> bytes{};  ///< the first `size`
+  };
 
-  void take(const io::BusFrame& frame) noexcept override {
+  FrameRing(Recorder& recorder, const RecordedBus& bus, std::uint16_t channel)
+      : recorder_(recorder), bus_(bus), channel_(channel), ring_(ring_frames) {}
+
+  void take(io::RunTimeNs time_ns, std::span<const std::byte> frame) noexcept override {
     if (recorder_.options_.virtual_clock && ring_.half_full()) recorder_.drain();
-    ring_.push(frame);
+    Frame copy{.time_ns = time_ns, .size = frame.size()};
+    std::ranges::copy(frame, copy.bytes.begin());
+    ring_.push(copy);
   }
-  const std::string& bus() const noexcept { return bus_; }
+  const std::string& bus() const noexcept { return bus_.name; }
   std::uint16_t channel() const noexcept { return channel_; }
-  executive::SpscRing<io::BusFrame>& ring() noexcept { return ring_; }
+  executive::SpscRing<Frame>& ring() noexcept { return ring_; }
+  std::string text_of(const Frame& frame) const {
+    return bus_.format.to_json(std::span(frame.bytes).first(frame.size));
+  }
 
  private:
   Recorder& recorder_;
-  const std::string bus_;
+  const RecordedBus& bus_;
   const std::uint16_t channel_;
-  executive::SpscRing<io::BusFrame> ring_;
+  executive::SpscRing<Frame> ring_;
 };
 
 Recorder::Recorder(RecorderOptions options, const signals::SignalTable& table,
@@ -78,8 +90,8 @@ Recorder::Recorder(RecorderOptions options, const signals::SignalTable& table,
   if (!writer_.add_metadata("run", options_.about_run)) refuse();
   events_ = added(event_topic());
   misses_ = added(miss_topic());
-  for (const std::string& bus : options_.frame_buses)
-    frames_.push_back(std::make_unique<FrameRing>(*this, bus, added(frame_topic(bus))));
+  for (const RecordedBus& bus : options_.frame_buses)
+    frames_.push_back(std::make_unique<FrameRing>(*this, bus, added(frame_topic(bus.name, bus.format))));
   std::size_t largest = 0;
   for (const SignalTopic& described : signal_topics(table, signals)) {
     Topic& topic = topics_.emplace_back();
@@ -150,7 +162,7 @@ void Recorder::drain() {
     FrameRing* earliest = nullptr;
     std::int64_t time_ns = std::numeric_limits<std::int64_t>::max();
     for (const auto& ring : frames_) {
-      const io::BusFrame* const frame = ring->ring().front();
+      const FrameRing::Frame* const frame = ring->ring().front();
       if (frame == nullptr || (earliest != nullptr && frame->time_ns >= time_ns)) continue;
       earliest = ring.get();
       time_ns = frame->time_ns;
@@ -158,7 +170,7 @@ void Recorder::drain() {
     if (!values_->is_empty() && (earliest == nullptr || values_->time_ns() <= time_ns)) {
       write_values();
     } else if (earliest != nullptr) {
-      write(earliest->channel(), time_ns, frame_message(*earliest->ring().front()), tick_limit_);
+      write(earliest->channel(), time_ns, earliest->text_of(*earliest->ring().front()), tick_limit_);
       earliest->ring().pop();
     } else {
       return;

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "io/frame_sink.hpp"
+#include "runtime/contribution/frame_format.hpp"
 #include "runtime/recording/mcap_writer.hpp"
 #include "runtime/recording/topics.hpp"
 #include "runtime/recording/value_ring.hpp"
@@ -28,11 +29,17 @@
 
 namespace hil::recording {
 
+/// A bus whose frames are recorded.
+struct RecordedBus {
+  std::string name;  ///< full name: "can.car"
+  contribution::FrameFormat format;
+};
+
 struct RecorderOptions {
   std::filesystem::path file;
   std::uint64_t max_bytes = 0;  ///< at least min_bytes
   bool virtual_clock = false;
-  std::vector<std::string> frame_buses;  ///< full names of the buses whose frames are recorded: "can.car"
+  std::vector<RecordedBus> frame_buses;
   McapMetadata about_run;
 };
 

@@ -16,9 +16,7 @@ constexpr std::string_view module_prefix = "module ";
 /// Topics that are of no module.
 constexpr std::array<std::string_view, 5> own_topics{"events", "misses", "variables", "stimuli", "faults"};
 
-struct Property {
-  std::string name, type, about;
-};
+using Property = contribution::FrameMember;
 
 McapTopic topic_of(const std::string& name, const std::vector<Property>& properties) {
   Json schema = Json::object();
@@ -75,15 +73,9 @@ std::vector<SignalTopic> signal_topics(const signals::SignalTable& table,
   return topics;
 }
 
-McapTopic frame_topic(const std::string& bus) {
-  McapTopic topic = topic_of("frames/" + bus, {{"id", "number", "without flags; of an error frame its class"},
-                                               {"extended", "boolean", "the identifier has 29 bits"},
-                                               {"direction", "string", "tx: sent by the run; rx: received"},
-                                               {"kind", "string", "data, remote or error"},
-                                               {"fd", "boolean", ""},
-                                               {"dlc", "number", "data length code"},
-                                               {"data", "string", "bytes in hexadecimal digits"}});
-  topic.schema_name = "hil.frame";
+McapTopic frame_topic(const std::string& bus, const contribution::FrameFormat& format) {
+  McapTopic topic = topic_of("frames/" + bus, format.members);
+  topic.schema_name = format.schema_name;
   return topic;
 }
 

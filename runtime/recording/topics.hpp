@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "runtime/contribution/frame_format.hpp"
 #include "runtime/recording/mcap_writer.hpp"
 #include "runtime/signals/signal_table.hpp"
 
@@ -33,7 +34,7 @@ struct SignalTopic {
 std::vector<SignalTopic> signal_topics(const signals::SignalTable& table,
                                        std::span<const signals::SignalId> signals);
 
-McapTopic frame_topic(const std::string& bus);
+McapTopic frame_topic(const std::string& bus, const contribution::FrameFormat& format);
 McapTopic event_topic();
 McapTopic miss_topic();
 

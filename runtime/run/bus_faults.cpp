@@ -1,52 +1,17 @@
 #include "runtime/run/bus_faults.hpp"
 
-#include <optional>
-
 #include <hil/splitmix64.hpp>
 
 namespace hil::run {
 namespace {
 
 using config::FaultSection;
-using FaultKind = config::FaultSection::Kind;
-using DeviceFault = io::InjectedFault::Kind;
-
-/// Empty: a fault of something else.
-std::optional<DeviceFault> device_fault(FaultKind kind) {
-  switch (kind) {
-    case FaultKind::stuck_at_last:
-      return DeviceFault::frozen;
-    case FaultKind::drop:
-      return DeviceFault::drop;
-    case FaultKind::repeat:
-      return DeviceFault::repeat;
-    case FaultKind::delay:
-      return DeviceFault::delay;
-    case FaultKind::wrong_counter:
-      return DeviceFault::wrong_counter;
-    case FaultKind::wrong_checksum:
-      return DeviceFault::wrong_checksum;
-    case FaultKind::length:
-      return DeviceFault::length;
-    case FaultKind::flip_bits:
-      return DeviceFault::flip_bits;
-    case FaultKind::bus_off:
-      return DeviceFault::bus_off;
-    case FaultKind::silent:
-      return DeviceFault::silent;
-    case FaultKind::disconnected:
-      return DeviceFault::disconnected;
-    case FaultKind::exception:
-      return DeviceFault::exception;
-    default:
-      return std::nullopt;
-  }
-}
+using config::FaultTarget;
 
 /// The bus of a message or device; the number of buses with a mistake: there is none.
 std::size_t bus_of(const FaultSection& section, std::span<const FaultyBus> buses,
                    config::Diagnostics& diagnostics) {
-  const bool is_message = section.target == FaultSection::Target::message;
+  const bool is_message = section.target == FaultTarget::message;
   const std::string& name = section.subject.text;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < buses.size(); ++i) {
@@ -81,20 +46,16 @@ std::vector<BusFault> bus_faults(const config::Scenario& scenario, std::span<con
   std::vector<std::size_t> counts(buses.size(), 0);
   for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
     const FaultSection& section = scenario.faults[i];
-    const bool is_message = section.target == FaultSection::Target::message;
-    if (!is_message && section.target != FaultSection::Target::device) continue;
+    const bool is_message = section.target == FaultTarget::message;
+    if (!is_message && section.target != FaultTarget::device) continue;
     const std::size_t bus = bus_of(section, buses, diagnostics);
     if (bus == buses.size()) continue;
     const std::string& name = section.subject.text;
-    io::InjectedFault injected{
-        .kind = *device_fault(section.kind),
+    buses::InjectedFault injected{
+        .effect = section.effect,
         .message = is_message ? name.substr(buses[bus].full_name.size() + 1) : std::string(),
-        .share = section.kind == FaultKind::drop ? section.share : 1.0,
-        .delay_ns = section.duration_ns,
-        .number = section.number,
-        .bits = section.bits,
         .seed = modules::splitmix64(scenario.seed ^ (0xB05u + i) * modules::splitmix64_step)};
-    if (const std::string problem = buses[bus].channels->fault_problem(injected); !problem.empty()) {
+    if (const std::string problem = buses[bus].wiring->fault_problem(injected); !problem.empty()) {
       diagnostics.add(section.place, "fault '" + section.name.text + "' of '" + name + "': " + problem);
       continue;
     }
@@ -105,7 +66,7 @@ std::vector<BusFault> bus_faults(const config::Scenario& scenario, std::span<con
 
 void check_fault_targets(const config::Scenario& scenario, config::Diagnostics& diagnostics) {
   for (const FaultSection& section : scenario.faults) {
-    if (section.target == FaultSection::Target::process) {
+    if (section.target == FaultTarget::process) {
       check_name(
           section, "process", scenario.processes,
           [](const config::ProcessSection& process) { return process.name.text; }, diagnostics);
@@ -114,7 +75,7 @@ void check_fault_targets(const config::Scenario& scenario, config::Diagnostics& 
           diagnostics.add(section.subject.place, "the run does not start process '" + section.subject.text +
                                                      "' (enabled: false), so a fault of it has no effect");
       }
-    } else if (section.target == FaultSection::Target::task) {
+    } else if (section.target == FaultTarget::task) {
       check_name(
           section, "task of a module", scenario.tasks,
           [](const config::TaskSection& task) { return task.module.text; }, diagnostics);

@@ -1,5 +1,5 @@
 #pragma once
-// The faults of messages and devices of a scenario, as faults of the devices of its buses.
+// The faults of messages and devices of a scenario, as faults of its buses.
 //
 // Threads: the one that wires the run.
 
@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/buses/bus.hpp"
 #include <hil/diagnostics.hpp>
-
-#include "io/device.hpp"
 #include "runtime/config/scenario.hpp"
 
 namespace hil::run {
@@ -18,17 +17,17 @@ namespace hil::run {
 struct BusFault {
   std::size_t fault = 0;   ///< its place in the scenario's list
   std::size_t bus = 0;     ///< in the list of wired buses
-  std::size_t number = 0;  ///< of the faults of this bus (io::Device::set_fault)
-  io::InjectedFault injected{};
+  std::size_t number = 0;  ///< of the faults of this bus (io::FaultTarget)
+  buses::InjectedFault injected{};
 };
 
 /// A bus that faults can act on.
 struct FaultyBus {
   std::string full_name;  ///< "can.car"
-  const io::Device* channels = nullptr;
+  const buses::BusWiring* wiring = nullptr;
 };
 
-/// A mistake for each fault that its device can not have.
+/// A mistake for each fault that its bus can not have.
 std::vector<BusFault> bus_faults(const config::Scenario& scenario, std::span<const FaultyBus> buses,
                                  config::Diagnostics& diagnostics);
 

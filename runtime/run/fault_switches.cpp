@@ -5,35 +5,36 @@
 #include <string>
 #include <utility>
 
-#include <hil/quantity.hpp>
+#include "runtime/run/fault_kinds.hpp"
 
 namespace hil::run {
 namespace {
 
 using config::FaultSection;
-using FaultKind = config::FaultSection::Kind;
+using config::FaultTarget;
 
 class BusSwitch final : public injection::FaultSwitch {
  public:
   BusSwitch(RunBuses& buses, const BusFault& fault, const Wiring& wiring)
       : buses_(buses), fault_(fault), wiring_(wiring), name_(name_of(fault)) {}
   void set(bool active) noexcept override { buses_.set_fault(fault_, name_, active); }
-  injection::FaultEffect effect() const override {
-    const std::uint64_t count = buses_.fault_count(fault_);
-    injection::FaultEffect effect{.took_effect = buses_.fault_effects(fault_) > 0, .frames = count};
-    if (*effect.took_effect) return effect;
-    if (const auto other = buses_.fault_stopped_by(fault_)) {
+  injection::FaultOutcome outcome() const override {
+    const io::FaultTarget& target = buses_.fault_target(fault_.bus);
+    const std::uint64_t count = target.fault_count(fault_.number);
+    injection::FaultOutcome outcome{.took_effect = target.fault_effects(fault_.number) > 0, .frames = count};
+    if (*outcome.took_effect) return outcome;
+    if (const auto other = target.fault_stopped_by(fault_.number)) {
       const auto found = std::ranges::find_if(wiring_.bus_faults, [&](const BusFault& one) {
         return one.bus == fault_.bus && one.number == *other;
       });
-      effect.missing = "fault '" + name_of(*found) + "' let no frame of it through in that time";
+      outcome.missing = "fault '" + name_of(*found) + "' let no frame of it through in that time";
     } else {
-      effect.missing = count == 0
-                           ? "no frame or request came in that time"
-                           : "it made no difference to the frames or requests that came in that time (" +
-                                 std::to_string(count) + ")";
+      outcome.missing = count == 0
+                            ? "no frame or request came in that time"
+                            : "it made no difference to the frames or requests that came in that time (" +
+                                  std::to_string(count) + ")";
     }
-    return effect;
+    return outcome;
   }
 
  private:
@@ -54,6 +55,7 @@ class ProcessSwitch final : public injection::FaultSwitch {
       : processes_(processes),
         process_(process),
         section_(section),
+        effect_(dynamic_cast<const ProcessFault&>(*section.effect)),
         buses_(buses),
         connected_buses_(std::move(connected_buses)) {}
 
@@ -62,13 +64,9 @@ class ProcessSwitch final : public injection::FaultSwitch {
     was_running_ = true;
     for (const std::size_t bus : connected_buses_)
       buses_.set_away(bus, processes_.process_at(process_), section_.name.text, active);
-    if (section_.kind == FaultKind::paused) {
-      processes_.set_paused(process_, active);
-    } else if (active) {
-      processes_.kill_for_fault(process_, section_.name.text);
-    }
+    effect_.set(processes_, process_, section_.name.text, active);
   }
-  injection::FaultEffect effect() const override {
+  injection::FaultOutcome outcome() const override {
     if (was_running_) return {};
     return {.took_effect = false, .missing = "another fault had killed the process before"};
   }
@@ -77,6 +75,7 @@ class ProcessSwitch final : public injection::FaultSwitch {
   ProcessWatch& processes_;
   const std::size_t process_;
   const FaultSection& section_;
+  const ProcessFault& effect_;
   RunBuses& buses_;
   const std::vector<std::size_t> connected_buses_;
   bool was_running_ = false;  ///< when it began
@@ -84,31 +83,17 @@ class ProcessSwitch final : public injection::FaultSwitch {
 
 class TaskSwitch final : public injection::FaultSwitch {
  public:
-  TaskSwitch(ModuleTask& task, RunBuses& buses, std::int64_t period_ns, std::int64_t added_ns)
-      : task_(task), buses_(buses), period_ns_(period_ns), added_ns_(added_ns) {}
+  TaskSwitch(std::unique_ptr<injection::FaultSwitch> of_kind, RunBuses& buses)
+      : of_kind_(std::move(of_kind)), buses_(buses) {}
   void set(bool active) noexcept override {
-    // While this fault is active, every lengthened step is lengthened by it, also when other faults of the
-    // task are active.
-    if (!active) longer_steps_ += task_.longer_steps() - longer_before_;
-    longer_before_ = task_.longer_steps();
-    is_active_ = active;
-    task_.add_duration(active ? added_ns_ : -added_ns_);
+    of_kind_->set(active);
     buses_.set_task_fault(active);
   }
-  injection::FaultEffect effect() const override {
-    const std::uint64_t longer = longer_steps_ + (is_active_ ? task_.longer_steps() - longer_before_ : 0);
-    if (longer > 0) return {.took_effect = true};
-    return {.took_effect = false,
-            .missing =
-                "no step of the task was in that time (every " + config::format_duration(period_ns_) + ")"};
-  }
+  injection::FaultOutcome outcome() const override { return of_kind_->outcome(); }
 
  private:
-  ModuleTask& task_;
+  const std::unique_ptr<injection::FaultSwitch> of_kind_;
   RunBuses& buses_;
-  const std::int64_t period_ns_, added_ns_;
-  bool is_active_ = false;
-  std::uint64_t longer_steps_ = 0, longer_before_ = 0;
 };
 
 }  // namespace
@@ -139,14 +124,16 @@ FaultSwitches::FaultSwitches(const Wiring& wiring, RunBuses& buses, ProcessWatch
     add(fault.fault, std::make_unique<BusSwitch>(buses, fault, wiring));
   for (std::size_t i = 0; i < scenario.faults.size(); ++i) {
     const FaultSection& section = scenario.faults[i];
-    if (section.target == FaultSection::Target::task) {
+    if (section.target == FaultTarget::task) {
       for (std::size_t task = 0; task < scenario.tasks.size(); ++task) {
         if (scenario.tasks[task].module.text == section.subject.text)
-          add(i, std::make_unique<TaskSwitch>(*tasks[task], buses,
-                                              scenario.base_period_ns * scenario.tasks[task].every_ticks,
-                                              section.duration_ns));
+          add(i,
+              std::make_unique<TaskSwitch>(
+                  dynamic_cast<const TaskFault&>(*section.effect)
+                      .make_switch(*tasks[task], scenario.base_period_ns * scenario.tasks[task].every_ticks),
+                  buses));
       }
-    } else if (section.target == FaultSection::Target::process) {
+    } else if (section.target == FaultTarget::process) {
       std::size_t started = 0;  // by which the watch counts
       for (const config::ProcessSection& process : scenario.processes) {
         if (!process.enabled) continue;

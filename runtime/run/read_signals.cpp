@@ -56,13 +56,14 @@ std::vector<signals::SignalId> signals_read_in(const Wiring& wiring) {
     direct.add(stimulus.activation);
     if (const auto* const segments = std::get_if<std::vector<config::StimulusSegment>>(&stimulus.profile)) {
       for (const config::StimulusSegment& segment : *segments)
-        for (const config::Expression& value : segment.values)
+        for (const config::Expression& value : segment.waveform->expressions())
           direct.add(value);
     }
   }
   for (const config::FaultSection& fault : scenario.faults) {
     direct.add(fault.activation);
-    if (fault.value) direct.add(*fault.value);
+    for (const config::Expression& value : fault.effect->expressions())
+      direct.add(value);
   }
   ReadSignals with_sources(wiring.signals);
   for (const signals::SignalId signal : wiring.variables.with_sources(direct.all()))

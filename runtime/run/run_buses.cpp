@@ -47,7 +47,7 @@ void RunBuses::make_devices(recording::Recorder* recorder) {
              .frames = recorder == nullptr ? nullptr : recorder->frame_sink(section.full_name())})});
     keep_judged_arrivals(bus);
     for (const BusFault& fault : wiring_.bus_faults) {
-      if (fault.bus + 1 == buses_.size()) bus.device->device().add_fault(fault.injected);
+      if (fault.bus + 1 == buses_.size()) bus.device->add_fault(fault.injected);
     }
     if (bus.device->start_phase() == buses::StartPhase::before_programs) start(bus);
   }
@@ -158,29 +158,23 @@ void RunBuses::add_tasks(executive::Executive& executive) {
 }
 
 void RunBuses::set_fault(const BusFault& fault, const std::string& name, bool active) noexcept {
-  io::Device& device = links_[fault.bus]->device();
-  device.set_fault(fault.number, active);
+  io::FaultTarget& target = fault_target(fault.bus);
+  target.set_fault(fault.number, active);
   if (!fault.injected.message.empty()) return;
   loss_watch_->set_fault(fault.bus, name, active);
-  if (device.silences(fault.injected)) set_inputs_silenced(fault.bus, active);
+  if (target.silences(fault.number)) set_inputs_silenced(fault.bus, active);
 }
 
-std::uint64_t RunBuses::fault_count(const BusFault& fault) const noexcept {
-  return links_[fault.bus]->device().fault_count(fault.number);
-}
-
-std::uint64_t RunBuses::fault_effects(const BusFault& fault) const noexcept {
-  return links_[fault.bus]->device().fault_effects(fault.number);
-}
-
-std::optional<std::size_t> RunBuses::fault_stopped_by(const BusFault& fault) const noexcept {
-  return links_[fault.bus]->device().fault_stopped_by(fault.number);
+io::FaultTarget& RunBuses::fault_target(std::size_t bus) const noexcept {
+  return *links_[bus]->device().fault_target();
 }
 
 void RunBuses::set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept {
-  if (context_.is_virtual) links_[bus]->device().set_away(process, away);
+  if (io::FaultTarget* const target = links_[bus]->device().fault_target()) {
+    if (context_.is_virtual) target->set_away(process, away);
+    target->note_interruption();
+  }
   loss_watch_->set_fault(bus, name, away);
-  links_[bus]->device().note_interruption();
   set_inputs_silenced(bus, away);
 }
 
@@ -192,11 +186,12 @@ void RunBuses::set_inputs_silenced(std::size_t bus, bool active) noexcept {
 void RunBuses::end_tick(std::int64_t time_ns) noexcept {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const auto [bus, group, input, faulted_before, newest_before_ns] = inputs_[i];
-    const io::Device& device = links_[bus]->device();
+    io::Device& device = links_[bus]->device();
     const bool is_connected = device.connected() && device.has_answered();
     const bool is_lost = buses_[bus].lacks_program->load(std::memory_order_relaxed) ||
                          (buses_[bus].wired->section->may_be_lost && !is_connected);
-    inputs_[i].faulted = input ? device.faulted_values(*input) : device.faulted_frames(group);
+    if (const io::FaultTarget* const target = device.fault_target())
+      inputs_[i].faulted = input ? target->faulted_values(*input) : target->faulted_frames(group);
     const io::InputGroup& all = device.input_groups()[group];
     inputs_[i].newest_ns = links_[bus]->newest_ns(input.value_or(all.first), input ? 1 : all.count);
     const bool is_fresh = input ? links_[bus]->is_fresh_input(*input) : links_[bus]->is_fresh(group);

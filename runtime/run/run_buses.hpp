@@ -55,12 +55,8 @@ class RunBuses {
   // Base thread; neither allocate nor block in real time.
   /// Begins or ends a fault. `name`: of the scenario; it outlives the run.
   void set_fault(const BusFault& fault, const std::string& name, bool active) noexcept;
-  /// The frames or requests that came while the fault was active.
-  std::uint64_t fault_count(const BusFault& fault) const noexcept;
-  /// Those of them that it changed, dropped or delayed.
-  std::uint64_t fault_effects(const BusFault& fault) const noexcept;
-  /// The number, of the faults of the same bus, of the one that let none of them through; empty: none.
-  std::optional<std::size_t> fault_stopped_by(const BusFault& fault) const noexcept;
+  /// What faults of a bus act on. The bus has a fault.
+  io::FaultTarget& fault_target(std::size_t bus) const noexcept;
   /// The programs of a process that are connected with a bus do not answer, by the fault of this name, or do
   /// so again.
   void set_away(std::size_t bus, pid_t process, const std::string& name, bool away) noexcept;

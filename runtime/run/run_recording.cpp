@@ -24,8 +24,9 @@ std::unique_ptr<recording::Recorder> make_recorder(const Wiring& wiring, const R
                                                    {"clock", context.is_virtual ? "virtual" : "realtime"},
                                                    {"program_version", HIL_VERSION}}};
   for (const WiredBus& wired : wiring.buses) {
-    if (scenario.recording->frames && buses::type_of(*wired.section).has_frames)
-      options.frame_buses.push_back(wired.section->full_name());
+    const auto& format = buses::type_of(*wired.section).frames;
+    if (scenario.recording->frames && format)
+      options.frame_buses.push_back({wired.section->full_name(), *format});
   }
   return std::make_unique<recording::Recorder>(std::move(options), wiring.signals, wiring.recorded);
 }

@@ -21,6 +21,7 @@
 #include "runtime/report/report_text.hpp"
 #include "runtime/run/descriptors.hpp"
 #include "runtime/run/executive_record.hpp"
+#include "runtime/run/fault_kinds.hpp"
 #include "runtime/run/fault_switches.hpp"
 #include "runtime/run/process_watch.hpp"
 #include "runtime/run/run_buses.hpp"
@@ -445,15 +446,16 @@ void LiveSession::name_faults_of_skips(const executive::RunResult& result, repor
   for (report::MissingTicks& ticks : std::span(record.watchdog).subspan(result.hang ? 1 : 0)) {
     for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
       const config::FaultSection& section = scenario_.faults[i];
-      if (section.kind != config::FaultSection::Kind::takes_longer) continue;
+      if (section.target != config::FaultTarget::task) continue;
+      const auto& effect = dynamic_cast<const TaskFault&>(*section.effect);
       const bool was_active =
           std::ranges::any_of(record.faults[i].spans, [&](const report::ActiveSpan& span) {
-            return span.begin_ns <= ticks.time_ns && ticks.time_ns <= span.end_ns + section.duration_ns;
+            return span.begin_ns <= ticks.time_ns && ticks.time_ns <= span.end_ns + effect.aftermath_ns();
           });
       if (!was_active) continue;
       ticks.fault = section.name.text;
       ticks.text +=
-          "; fault " + section.name.text + ": task " + section.subject.text + " " + section.effect();
+          "; fault " + section.name.text + ": task " + section.subject.text + " " + effect.sentence();
     }
   }
 }
@@ -462,7 +464,7 @@ void LiveSession::name_faults_of_skips(const executive::RunResult& result, repor
 void LiveSession::note_ended_processes(report::RunRecord& record) const {
   for (std::size_t i = 0; i < scenario_.faults.size(); ++i) {
     report::Injection& fault = record.faults[i];
-    const bool is_of_process = scenario_.faults[i].target == config::FaultSection::Target::process;
+    const bool is_of_process = scenario_.faults[i].target == config::FaultTarget::process;
     const auto exit = std::ranges::find(exits_, fault.target, &ProcessExit::name);
     if (!is_of_process || !fault.first_begin_ns || exit == exits_.end()) continue;
     if (!exit->ended_early || !exit->fault.empty() || exit->ended_at_ns > *fault.first_begin_ns) continue;

@@ -1,12 +1,15 @@
 #include "runtime/run/wiring.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "runtime/expectations/kinds.hpp"
+#include "runtime/injection/waveform.hpp"
 #include "runtime/modules/registry.hpp"
 #include "runtime/plugins/plugins.hpp"
 #include "runtime/recording/signal_selection.hpp"
+#include "runtime/run/fault_kinds.hpp"
 #include "runtime/run/relation_wiring.hpp"
 #include "runtime/run/world_wiring.hpp"
 
@@ -37,6 +40,16 @@ struct BusSignals {
   KnownSignals known{table};
 };
 
+/// The wiring while its parts declare and resolve names.
+struct WiringState {
+  config::Scenario& scenario;
+  Wiring& wiring;
+  Diagnostics& diagnostics;
+  signals::RelationSignals relations{
+      .writer = "module " + relations_module(scenario), .relations = {}, .signals = {}};
+  KnownSignals known{wiring.signals, &relations};
+};
+
 /// The value names of the signals that the module's inputs read.
 std::map<std::string, modules::ValueNames> value_names(const config::TaskSection& section,
                                                        const BusSignals& of_buses,
@@ -56,11 +69,65 @@ std::map<std::string, modules::ValueNames> value_names(const config::TaskSection
   return names;
 }
 
-void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& known,
-                     Diagnostics& diagnostics) {
-  for (const config::TaskSection& section : wiring.scenario->tasks) {
+void declare_inputs(const WiredBus& bus, KnownSignals& known, signals::Links& links,
+                    Diagnostics& diagnostics) {
+  const io::Device& device = bus.bus->channels();
+  const std::string prefix = bus.section->full_name() + ".";
+  const Place& place = bus.section->name.place;
+  signals::SignalTable& table = known.table();
+  const std::string writer = prefix.substr(0, prefix.size() - 1);
+  std::vector<std::int64_t> timeouts_ns(device.inputs().size(), 0);
+  for (const io::InputGroup& group : device.input_groups())
+    std::fill_n(timeouts_ns.begin() + static_cast<std::ptrdiff_t>(group.first), group.count,
+                group.timeout_ns);
+  for (std::size_t i = 0; i < device.inputs().size(); ++i) {
+    const io::ChannelInfo& channel = device.inputs()[i];
+    add_signal(table,
+               {.name = prefix + channel.name,
+                .unit = channel.unit,
+                .writer = writer,
+                .initial = channel.safe_value,
+                .arrives = true,
+                .timeout_ns = timeouts_ns[i]},
+               place, diagnostics, links.inputs);
+  }
+  const auto add_state = [&](const std::string& name) -> signals::SignalId {
+    if (!table.find(prefix + name)) return table.add({prefix + name, "", writer});
+    diagnostics.warn(place, "'" + prefix + name +
+                                "' is a signal of the device itself, so there is no such signal of the "
+                                "device's state; give the device's signal another name");
+    return {};
+  };
+  links.connected = add_state("connected");
+  for (const io::InputGroup& group : device.input_groups())
+    links.fresh.push_back(add_state(group.name + ".fresh"));
+  for (const io::InputGroup& group : device.input_groups())
+    links.rejected.push_back(group.can_reject ? add_state(group.name + ".rejected") : signals::SignalId{});
+  bus.bus->describe_signals(prefix, known);
+}
+
+void declare_bus_signals(const Wiring& wiring, BusSignals& signals) {
+  Diagnostics ignored;  // declare_buses reports the same mistakes
+  for (const WiredBus& wired : wiring.buses) {
+    signals::Links unused;
+    declare_inputs(wired, signals.known, unused, ignored);
+    const std::string prefix = wired.section->full_name() + ".";
+    for (const io::ChannelInfo& output : wired.bus->channels().outputs()) {
+      if (!signals.table.find(prefix + output.name))
+        signals.table.add(
+            {.name = prefix + output.name, .unit = output.unit, .writer = wired.section->full_name()});
+    }
+    wired.bus->describe_signals(prefix, signals.known);
+  }
+}
+
+void declare_modules(WiringState& state) {
+  auto& [scenario, wiring, diagnostics, relations, known] = state;
+  BusSignals of_buses;
+  declare_bus_signals(wiring, of_buses);
+  for (const config::TaskSection& section : scenario.tasks) {
     const modules::ModuleType* type = modules::find_module_type(section.type.text);
-    modules::TaskParameters task = task_parameters(*wiring.scenario, section);
+    modules::TaskParameters task = task_parameters(scenario, section);
     task.value_names = value_names(section, of_buses, known);
     WiredModule wired{.section = &section, .module = nullptr, .links = {}};
     if (!type->computes.empty()) {  // wire_relations makes it, when the relations are known
@@ -126,6 +193,11 @@ void connect_module(WiredModule& wired, const config::Scenario& scenario, const 
   }
 }
 
+void resolve_modules(WiringState& state) {
+  for (WiredModule& wired : state.wiring.modules)
+    connect_module(wired, state.scenario, state.known, state.diagnostics);
+}
+
 /// Of an output: from one value that leaves the run to the next.
 std::int64_t send_period_ns(const WiredBus& wired, std::size_t output) {
   return std::max(wired.section->period_ns, wired.bus->channels().send_cycle(output).period_ns);
@@ -178,46 +250,10 @@ std::vector<injection::Reader> readers_of(Wiring& wiring) {
   return readers;
 }
 
-void declare_inputs(const WiredBus& bus, KnownSignals& known, signals::Links& links,
-                    Diagnostics& diagnostics) {
-  const io::Device& device = bus.bus->channels();
-  const std::string prefix = bus.section->full_name() + ".";
-  const Place& place = bus.section->name.place;
-  signals::SignalTable& table = known.table();
-  const std::string writer = prefix.substr(0, prefix.size() - 1);
-  std::vector<std::int64_t> timeouts_ns(device.inputs().size(), 0);
-  for (const io::InputGroup& group : device.input_groups())
-    std::fill_n(timeouts_ns.begin() + static_cast<std::ptrdiff_t>(group.first), group.count,
-                group.timeout_ns);
-  for (std::size_t i = 0; i < device.inputs().size(); ++i) {
-    const io::ChannelInfo& channel = device.inputs()[i];
-    add_signal(table,
-               {.name = prefix + channel.name,
-                .unit = channel.unit,
-                .writer = writer,
-                .initial = channel.safe_value,
-                .arrives = true,
-                .timeout_ns = timeouts_ns[i]},
-               place, diagnostics, links.inputs);
-  }
-  const auto add_state = [&](const std::string& name) -> signals::SignalId {
-    if (!table.find(prefix + name)) return table.add({prefix + name, "", writer});
-    diagnostics.warn(place, "'" + prefix + name +
-                                "' is a signal of the device itself, so there is no such signal of the "
-                                "device's state; give the device's signal another name");
-    return {};
-  };
-  links.connected = add_state("connected");
-  for (const io::InputGroup& group : device.input_groups())
-    links.fresh.push_back(add_state(group.name + ".fresh"));
-  for (const io::InputGroup& group : device.input_groups())
-    links.rejected.push_back(group.can_reject ? add_state(group.name + ".rejected") : signals::SignalId{});
-  bus.bus->describe_signals(prefix, known);
-}
-
 /// A bus of which nothing can be used has a mistake and is left out.
-void make_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
-  for (const std::shared_ptr<const config::BusSection>& section : wiring.scenario->buses) {
+void make_buses(WiringState& state) {
+  auto& [scenario, wiring, diagnostics, relations, known] = state;
+  for (const std::shared_ptr<const config::BusSection>& section : scenario.buses) {
     std::unique_ptr<buses::BusWiring> bus = buses::type_of(*section).wire(*section, diagnostics);
     if (bus == nullptr)
       known.add_undeclared(section->full_name() + ".");
@@ -226,40 +262,61 @@ void make_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
   }
 }
 
-void declare_buses(Wiring& wiring, KnownSignals& known, Diagnostics& diagnostics) {
-  for (WiredBus& wired : wiring.buses) {
-    declare_inputs(wired, known, wired.links, diagnostics);
+void declare_buses(WiringState& state) {
+  for (WiredBus& wired : state.wiring.buses) {
+    declare_inputs(wired, state.known, wired.links, state.diagnostics);
     for (const io::ChannelInfo& channel : wired.bus->channels().outputs())
       wired.links.outputs.push_back({.signal = {}, .constant = channel.safe_value});
   }
 }
 
-void declare_bus_signals(const Wiring& wiring, BusSignals& signals) {
-  Diagnostics ignored;  // declare_buses reports the same mistakes
-  for (const WiredBus& wired : wiring.buses) {
-    signals::Links unused;
-    declare_inputs(wired, signals.known, unused, ignored);
-    const std::string prefix = wired.section->full_name() + ".";
-    for (const io::ChannelInfo& output : wired.bus->channels().outputs()) {
-      if (!signals.table.find(prefix + output.name))
-        signals.table.add(
-            {.name = prefix + output.name, .unit = output.unit, .writer = wired.section->full_name()});
-    }
-    wired.bus->describe_signals(prefix, signals.known);
-  }
+void resolve_buses(WiringState& state) {
+  for (WiredBus& wired : state.wiring.buses)
+    wired.bus->connect(state.known, wired.links.outputs, state.diagnostics);
+}
+
+void declare_stimuli(WiringState& state) {
+  auto& [scenario, wiring, diagnostics, relations, known] = state;
+  wiring.stimuli.declare(scenario, known, targets_of(wiring), diagnostics);
+  for (const WiredBus& wired : wiring.buses)  // outputs that stimuli drive
+    wired.bus->describe_signals(wired.section->full_name() + ".", known);
+}
+
+void resolve_stimuli(WiringState& state) {
+  auto& [scenario, wiring, diagnostics, relations, known] = state;
+  wiring.stimuli.connect(targets_of(wiring), wiring.signals, diagnostics);
+  wiring.stimuli.compile(scenario, known, diagnostics);
 }
 
 std::vector<FaultyBus> faulty_buses(const Wiring& wiring) {
   std::vector<FaultyBus> buses;
   for (const WiredBus& wired : wiring.buses)
-    buses.push_back({.full_name = wired.section->full_name(), .channels = &wired.bus->channels()});
+    buses.push_back({.full_name = wired.section->full_name(), .wiring = wired.bus.get()});
   return buses;
+}
+
+void declare_faults(WiringState& state) {
+  state.wiring.faults.declare(state.scenario, state.known, state.diagnostics);
+}
+
+void resolve_faults(WiringState& state) {
+  auto& [scenario, wiring, diagnostics, relations, known] = state;
+  wiring.faults.redirect(readers_of(wiring), diagnostics);
+  wiring.faults.compile(scenario, known, diagnostics);
+  wiring.bus_faults = bus_faults(scenario, faulty_buses(wiring), diagnostics);
+  check_fault_targets(scenario, diagnostics);
+}
+
+/// The unit of a variable is that of its expression, whose names are resolved here. So variables are declared
+/// last.
+void declare_variables(WiringState& state) {
+  state.wiring.variables.declare(state.scenario, state.known, state.diagnostics);
 }
 
 /// What an expectation reads is known where all its names are: it has no mistake, and neither has a part
 /// whose signals it may name. A fault of a signal that nobody reads is a mistake.
-void check_expectations(Wiring& wiring, const KnownSignals& known, Diagnostics& diagnostics) {
-  const config::Scenario& scenario = *wiring.scenario;
+void resolve_expectations(WiringState& state) {
+  auto& [scenario, wiring, diagnostics, relations, known] = state;
   const expectations::ClaimCheck check{.known = known,
                                        .period_ns = scenario.base_period_ns,
                                        .duration_ns = scenario.duration_ns,
@@ -277,12 +334,48 @@ void check_expectations(Wiring& wiring, const KnownSignals& known, Diagnostics& 
   if (!known.has_undeclared()) wiring.faults.check_readers(diagnostics);
 }
 
-void check_plots(const config::Scenario& scenario, const KnownSignals& known, Diagnostics& diagnostics) {
-  for (const config::PlotSection& plot : scenario.plots) {
+void resolve_plots(WiringState& state) {
+  for (const config::PlotSection& plot : state.scenario.plots) {
     for (const Word& signal : plot.signals)
-      known.find(signal, diagnostics);
+      state.known.find(signal, state.diagnostics);
   }
 }
+
+void resolve_recording(WiringState& state) {
+  const auto& recording = state.scenario.recording;
+  if (recording)
+    state.wiring.recorded = recording::selected_signals(*recording, state.known, state.diagnostics);
+}
+
+/// After all expressions, which name the relations.
+void resolve_relations(WiringState& state) {
+  wire_relations(state.scenario, state.relations, state.wiring, state.diagnostics);
+}
+
+/// After the modules, that of the relations included.
+void resolve_world(WiringState& state) {
+  wire_world(state.wiring, state.diagnostics);
+}
+
+/// A part of a scenario. First each part declares the signals that it writes, then each resolves the names
+/// that it reads, so that a name may be that of any signal.
+struct Part {
+  void (*declare)(WiringState& state);  ///< null: it writes none
+  void (*resolve)(WiringState& state);  ///< null: it reads none
+};
+/// In the order of their signals and mistakes.
+constexpr std::array parts{
+    Part{.declare = declare_modules, .resolve = resolve_modules},
+    Part{.declare = declare_buses, .resolve = resolve_buses},
+    Part{.declare = declare_stimuli, .resolve = resolve_stimuli},
+    Part{.declare = declare_faults, .resolve = resolve_faults},
+    Part{.declare = declare_variables, .resolve = nullptr},
+    Part{.declare = nullptr, .resolve = resolve_expectations},
+    Part{.declare = nullptr, .resolve = resolve_plots},
+    Part{.declare = nullptr, .resolve = resolve_recording},
+    Part{.declare = nullptr, .resolve = resolve_relations},
+    Part{.declare = nullptr, .resolve = resolve_world},
+};
 
 std::optional<config::PluginTypes> load_plugin(const std::string& entry, const std::filesystem::path& folder,
                                                std::string& fault) {
@@ -314,6 +407,8 @@ config::ScenarioTypes scenario_types() {
   config::ScenarioTypes types{.modules = {},
                               .load_plugin = load_plugin,
                               .buses = buses::section_types(),
+                              .waveforms = injection::waveforms(),
+                              .faults = fault_kinds(),
                               .expectations = expectations::kinds(),
                               .table_claims = expectations::table_claims()};
   for (const modules::ModuleType& type : modules::module_types())
@@ -327,35 +422,12 @@ std::optional<Wiring> wire(config::Scenario& scenario, config::Diagnostics& diag
   Wiring wiring;
   wiring.scenario = &scenario;
   const std::size_t before = diagnostics.count();
-  signals::RelationSignals relations{
-      .writer = "module " + relations_module(scenario), .relations = {}, .signals = {}};
-  KnownSignals known(wiring.signals, &relations);
-  make_buses(wiring, known, diagnostics);
-  BusSignals of_buses;
-  declare_bus_signals(wiring, of_buses);
-  declare_modules(wiring, of_buses, known, diagnostics);
-  declare_buses(wiring, known, diagnostics);
-  wiring.stimuli.declare(scenario, known, targets_of(wiring), diagnostics);
-  for (const WiredBus& wired : wiring.buses)  // those that stimuli drive
-    wired.bus->describe_signals(wired.section->full_name() + ".", known);
-  wiring.faults.declare(scenario, known, diagnostics);
-  wiring.variables.declare(scenario, known, diagnostics);
-  for (WiredModule& wired : wiring.modules)
-    connect_module(wired, scenario, known, diagnostics);
-  for (WiredBus& wired : wiring.buses)
-    wired.bus->connect(known, wired.links.outputs, diagnostics);
-  wiring.stimuli.connect(targets_of(wiring), wiring.signals, diagnostics);
-  wiring.stimuli.compile(scenario, known, diagnostics);
-  wiring.faults.redirect(readers_of(wiring), diagnostics);
-  wiring.faults.compile(scenario, known, diagnostics);
-  wiring.bus_faults = bus_faults(scenario, faulty_buses(wiring), diagnostics);
-  check_fault_targets(scenario, diagnostics);
-  check_expectations(wiring, known, diagnostics);
-  check_plots(scenario, known, diagnostics);
-  if (scenario.recording)
-    wiring.recorded = recording::selected_signals(*scenario.recording, known, diagnostics);
-  wire_relations(scenario, relations, wiring, diagnostics);
-  wire_world(wiring, diagnostics);
+  WiringState state{.scenario = scenario, .wiring = wiring, .diagnostics = diagnostics};
+  make_buses(state);
+  for (const Part& part : parts)
+    if (part.declare != nullptr) part.declare(state);
+  for (const Part& part : parts)
+    if (part.resolve != nullptr) part.resolve(state);
   if (diagnostics.count() != before) return std::nullopt;
   return wiring;
 }

@@ -1,7 +1,8 @@
 #pragma once
 // Connects the parts of a scenario by their signals, and makes the meshes of the scenery, so that mesh
 // files are read once and mistakes in them are found early. Opens no device, so that `hil check` can use
-// it. Every mistake has its place and the nearest known name.
+// it. Every mistake has its place and the nearest known name. Each part of the scenario first declares the
+// signals that it writes; then each resolves the names that it reads.
 //
 // Names of signals: "<module>.<output>", "<type of bus>.<bus>.<input>". For every bus also "<type of
 // bus>.<bus>.connected" and "<type of bus>.<bus>.<group of inputs>.fresh" (1 or 0), and for groups whose

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "io/can/socketcan_bus.hpp"
+#include "runtime/buses/can/can_fault.hpp"
 #include "runtime/buses/can/can_record.hpp"
 
 namespace hil::buses::can {
@@ -38,6 +39,10 @@ CanBusDevice::CanBusDevice(const CanSection& section, io::can::CanDeviceConfig c
   config.frames = environment.frames;
   config.on_thread_start = std::move(environment.on_thread_start);
   device_ = std::make_unique<io::can::CanDevice>(std::move(config), std::move(port));
+}
+
+void CanBusDevice::add_fault(const InjectedFault& fault) {
+  dynamic_cast<const CanFault&>(*fault.effect).add_to(*device_, fault.message, fault.seed);
 }
 
 std::string CanBusDevice::address() const {

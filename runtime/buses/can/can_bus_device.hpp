@@ -19,6 +19,7 @@ class CanBusDevice final : public BusDevice {
   CanBusDevice(const CanSection& section, io::can::CanDeviceConfig config, RunEnvironment environment);
 
   io::Device& device() noexcept override { return *device_; }
+  void add_fault(const InjectedFault& fault) override;
   StartPhase start_phase() const noexcept override { return StartPhase::before_programs; }
   std::string address() const override;
   bool all_programs_connected(const StartedPrograms& programs) const override;

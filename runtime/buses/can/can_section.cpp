@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "runtime/buses/can/can_fault.hpp"
 #include <hil/numbers.hpp>
-#include <hil/quantity.hpp>
-
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
+#include <hil/quantity.hpp>
 
 namespace hil::buses::can {
 namespace {
@@ -328,6 +328,7 @@ BusSectionType can_section_type() {
           .entry = can_schema(),
           .arrival_noun = "frame",
           .counts_dropped_releases = true,
+          .faults = can_fault_kinds(),
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<CanSection>(); },
           .check = check_interfaces};
 }

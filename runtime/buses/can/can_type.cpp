@@ -2,6 +2,7 @@
 
 #include "runtime/buses/bus.hpp"
 #include "runtime/buses/can/can_description.hpp"
+#include "runtime/buses/can/can_frame_format.hpp"
 #include "runtime/buses/can/can_record.hpp"
 #include "runtime/buses/can/can_wiring.hpp"
 #include "runtime/buses/can/socketcan_lines.hpp"
@@ -24,7 +25,7 @@ BusType can_type() {
   return {.section = can::can_section_type(),
           .title = "CAN",
           .columns = can::can_columns(),
-          .has_frames = true,
+          .frames = can::can_frame_format(),
           .wire = can::wire_can,
           .doctor_lines = can::socketcan_lines};
 }

@@ -7,6 +7,8 @@
 #include "io/can/socketcan_bus.hpp"
 #include "runtime/buses/can/can_bus_device.hpp"
 #include "runtime/buses/can/can_description.hpp"
+#include "runtime/buses/can/can_fault.hpp"
+#include "runtime/config/text_lists.hpp"
 
 namespace hil::buses::can {
 namespace {
@@ -149,6 +151,16 @@ void CanWiring::connect(const KnownSignals& known, std::vector<Source>& outputs,
     if (const io::can::DbcMessage* const used_message = sent(message.message))
       connect_message(message, *used_message, known, outputs, diagnostics);
   }
+}
+
+std::string CanWiring::fault_problem(const InjectedFault& fault) const {
+  if (const auto* const effect = dynamic_cast<const CanFault*>(fault.effect.get()))
+    return effect->problem(*channels_, fault.message);
+  if (!fault.message.empty()) return "a message of CAN has no such fault";
+  std::vector<std::string> words;
+  for (const config::FaultKind& kind : can_fault_kinds())
+    if (kind.target == config::FaultTarget::device) words.push_back(kind.word);
+  return "a CAN bus can only be " + config::text_list(words, "or");
 }
 
 std::unique_ptr<BusDevice> CanWiring::make_device(RunEnvironment environment) const {

@@ -24,6 +24,7 @@ class CanWiring final : public BusWiring {
   InputRule input_rule(std::size_t group) const override;
   void connect(const KnownSignals& known, std::vector<Source>& outputs,
                config::Diagnostics& diagnostics) const override;
+  std::string fault_problem(const InjectedFault& fault) const override;
   std::unique_ptr<BusDevice> make_device(RunEnvironment environment) const override;
 
  private:

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <utility>
 
+#include "runtime/buses/modbus/modbus_fault.hpp"
 #include "runtime/buses/modbus/modbus_record.hpp"
 #include "runtime/buses/modbus/modbus_settings.hpp"
 
@@ -47,6 +48,11 @@ ModbusBusDevice::ModbusBusDevice(const ModbusSection& section, RunEnvironment en
 
 io::Device& ModbusBusDevice::device() noexcept {
   return client_ ? static_cast<io::Device&>(*client_) : static_cast<io::Device&>(*server_);
+}
+
+void ModbusBusDevice::add_fault(const InjectedFault& fault) {
+  const auto injected = dynamic_cast<const ModbusFault&>(*fault.effect).interference();
+  client_ ? client_->add_fault(injected) : server_->add_fault(injected);
 }
 
 contribution::BusRecord ModbusBusDevice::record() const {

@@ -17,6 +17,7 @@ class ModbusBusDevice final : public BusDevice {
   ModbusBusDevice(const ModbusSection& section, RunEnvironment environment);
 
   io::Device& device() noexcept override;
+  void add_fault(const InjectedFault& fault) override;
   /// Programs may be clients of a server.
   StartPhase start_phase() const noexcept override {
     return server_ ? StartPhase::before_programs : StartPhase::after_programs;

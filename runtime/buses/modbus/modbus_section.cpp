@@ -10,6 +10,7 @@
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/register_codec.hpp"
 #include "io/modbus/tcp_endpoint.hpp"
+#include "runtime/buses/modbus/modbus_fault.hpp"
 #include "runtime/buses/modbus/modbus_schema.hpp"
 #include "runtime/buses/modbus/register_map_file.hpp"
 #include "runtime/config/reading.hpp"
@@ -275,6 +276,7 @@ BusSectionType modbus_section_type() {
           .entry = modbus_schema(),
           .run_time_condition = "of a unit with run_time",
           .arrival_noun = "value that is read or written",
+          .faults = modbus_fault_kinds(),
           .create = []() -> std::unique_ptr<BusSection> { return std::make_unique<ModbusSection>(); },
           .check = check_endpoints};
 }

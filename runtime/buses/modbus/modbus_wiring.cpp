@@ -5,6 +5,7 @@
 #include "io/modbus/client_device.hpp"
 #include "io/modbus/server_device.hpp"
 #include "runtime/buses/modbus/modbus_bus_device.hpp"
+#include "runtime/buses/modbus/modbus_fault.hpp"
 #include "runtime/buses/modbus/modbus_settings.hpp"
 
 namespace hil::buses::modbus {
@@ -45,6 +46,12 @@ void ModbusWiring::connect(const KnownSignals& known, std::vector<Source>& outpu
           known.conversion_for(outputs[index].signal, channel.name, channel.unit, word.place, diagnostics);
     }
   }
+}
+
+std::string ModbusWiring::fault_problem(const InjectedFault& fault) const {
+  if (!fault.message.empty()) return "Modbus has no messages; the fault can be one of the unit";
+  if (dynamic_cast<const ModbusFault*>(fault.effect.get()) != nullptr) return {};
+  return "a Modbus unit can be silent, disconnected, slow ('delay') or answer with an 'exception'";
 }
 
 std::unique_ptr<BusDevice> ModbusWiring::make_device(RunEnvironment environment) const {

@@ -8,6 +8,7 @@
 
 #include "real_bus.hpp"
 #include "tests/paths.h"
+#include "tests/support/can_faults.hpp"
 
 namespace hil::io::can {
 namespace {
@@ -76,9 +77,9 @@ TEST_F(RealDevice, FaultsChangeFramesOnTheInterface) {
   other.open(clock_, Pacing::realtime);
   CanDeviceConfig config = crossing_config();
   CanDevice device(std::move(config), std::make_unique<SocketCanBus>(SocketCanConfig{"vcan0"}));
-  device.add_fault({.kind = InjectedFault::Kind::length, .message = "EgoStatus", .number = 3});
-  device.add_fault({.kind = InjectedFault::Kind::repeat, .message = "EgoStatus", .number = 1});
-  device.add_fault({.kind = InjectedFault::Kind::drop, .message = "BrakeCommand"});
+  ASSERT_EQ(tests::add_can_fault(device, "EgoStatus", "length: 3"), "");
+  ASSERT_EQ(tests::add_can_fault(device, "EgoStatus", "repeat: 1"), "");
+  ASSERT_EQ(tests::add_can_fault(device, "BrakeCommand", "drop: 100 %"), "");
   device.start(clock_, Pacing::realtime);
   std::vector<double> outputs(device.outputs().size());
   for (std::size_t fault = 0; fault < 3; ++fault)

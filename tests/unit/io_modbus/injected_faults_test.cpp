@@ -17,7 +17,6 @@ using std::chrono::milliseconds;
 using test::entry;
 using test::latched;
 using tests::eventually;
-using Kind = InjectedFault::Kind;
 
 constexpr std::int64_t ms = 1'000'000;
 
@@ -28,9 +27,9 @@ RegisterMap map_with(bool level_is_written) {
 
 class InjectedFaults : public testing::Test {
  protected:
-  void start(Pacing pacing, const std::vector<InjectedFault>& of_client,
-             const std::vector<InjectedFault>& of_server = {}) {
-    for (const InjectedFault& injected : of_server)
+  void start(Pacing pacing, const std::vector<Interference>& of_client,
+             const std::vector<Interference>& of_server = {}) {
+    for (const Interference& injected : of_server)
       server_.add_fault(injected);
     server_.start(wall_, Pacing::realtime);
     ClientSettings settings{.name = "plc"};
@@ -38,10 +37,8 @@ class InjectedFaults : public testing::Test {
     settings.response_timeout = milliseconds(50);
     settings.max_age = milliseconds(100);
     client_ = std::make_unique<ClientDevice>(settings, map_with(true));
-    for (const InjectedFault& injected : of_client) {
-      ASSERT_EQ(client_->fault_problem(injected), "");
+    for (const Interference& injected : of_client)
       client_->add_fault(injected);
-    }
     client_->start(pacing == Pacing::lockstep ? static_cast<const RunClock&>(hand_) : wall_, pacing);
     server_.release_outputs(std::vector{7.0}, 0);
   }
@@ -69,7 +66,7 @@ class InjectedFaults : public testing::Test {
 };
 
 TEST_F(InjectedFaults, LockstepUnitIsSilentAndComesBack) {
-  start(Pacing::lockstep, {{.kind = Kind::silent}});
+  start(Pacing::lockstep, {{.is_silent = true}});
   cycle(0);
   EXPECT_TRUE(latched(*client_)[0].fresh);
   client_->set_fault(0, true);
@@ -86,7 +83,7 @@ TEST_F(InjectedFaults, LockstepUnitIsSilentAndComesBack) {
 }
 
 TEST_F(InjectedFaults, LockstepRepliesAreLate) {
-  start(Pacing::lockstep, {{.kind = Kind::delay, .delay_ns = 30 * ms}});
+  start(Pacing::lockstep, {{.delay = milliseconds(30)}});
   cycle(0);
   server_.release_outputs(std::vector{9.0}, 0);
   client_->set_fault(0, true);
@@ -100,7 +97,7 @@ TEST_F(InjectedFaults, LockstepRepliesAreLate) {
 }
 
 TEST_F(InjectedFaults, LockstepDelayCountsAsAnEffectWhenTheFaultEndsBeforeTheReply) {
-  start(Pacing::lockstep, {{.kind = Kind::delay, .delay_ns = 30 * ms}});
+  start(Pacing::lockstep, {{.delay = milliseconds(30)}});
   cycle(0);
   EXPECT_EQ(client_->fault_effects(0), 0u);
   client_->set_fault(0, true);
@@ -112,7 +109,7 @@ TEST_F(InjectedFaults, LockstepDelayCountsAsAnEffectWhenTheFaultEndsBeforeTheRep
 }
 
 TEST_F(InjectedFaults, LockstepRepliesBeyondTheTimeOutAreTimeOuts) {
-  start(Pacing::lockstep, {{.kind = Kind::delay, .delay_ns = 60 * ms}});
+  start(Pacing::lockstep, {{.delay = milliseconds(60)}});
   client_->set_fault(0, true);
   for (int tick = 0; tick <= 5; ++tick)
     cycle(tick * 10 * ms);
@@ -120,7 +117,7 @@ TEST_F(InjectedFaults, LockstepRepliesBeyondTheTimeOutAreTimeOuts) {
 }
 
 TEST_F(InjectedFaults, LockstepExceptionsRefuseEachRequest) {
-  start(Pacing::lockstep, {{.kind = Kind::exception, .number = 6}});
+  start(Pacing::lockstep, {{.exception = 6}});
   cycle(0);
   client_->set_fault(0, true);
   for (int tick = 1; tick <= 30; ++tick)
@@ -144,8 +141,7 @@ TEST_F(InjectedFaults, LockstepDoesNotWaitForAUnitThatIsAway) {
 }
 
 TEST_F(InjectedFaults, RealTimeUnitIsSilentSlowAndDisconnected) {
-  start(Pacing::realtime,
-        {{.kind = Kind::silent}, {.kind = Kind::delay, .delay_ns = 20 * ms}, {.kind = Kind::disconnected}});
+  start(Pacing::realtime, {{.is_silent = true}, {.delay = milliseconds(20)}, {.is_disconnected = true}});
   ASSERT_TRUE(cycles_until([&] { return latched(*client_)[0].fresh; }));
   client_->set_fault(0, true);
   EXPECT_TRUE(cycles_until([&] { return client_->counters().timeouts > 0 && !client_->connected(); }));
@@ -164,8 +160,7 @@ TEST_F(InjectedFaults, RealTimeUnitIsSilentSlowAndDisconnected) {
 }
 
 TEST_F(InjectedFaults, ServerIsSilentRefusesAndDisconnects) {
-  start(Pacing::realtime, {},
-        {{.kind = Kind::silent}, {.kind = Kind::exception, .number = 4}, {.kind = Kind::disconnected}});
+  start(Pacing::realtime, {}, {{.is_silent = true}, {.exception = 4}, {.is_disconnected = true}});
   ASSERT_TRUE(cycles_until([&] { return latched(*client_)[0].fresh; }));
   server_.set_fault(0, true);
   EXPECT_TRUE(cycles_until([&] { return client_->counters().timeouts > 0; }));
@@ -182,8 +177,7 @@ TEST_F(InjectedFaults, ServerIsSilentRefusesAndDisconnects) {
 }
 
 TEST_F(InjectedFaults, ServerRepliesLate) {
-  start(Pacing::realtime, {},
-        {{.kind = Kind::delay, .delay_ns = 20 * ms}, {.kind = Kind::delay, .delay_ns = 200 * ms}});
+  start(Pacing::realtime, {}, {{.delay = milliseconds(20)}, {.delay = milliseconds(200)}});
   ASSERT_TRUE(cycles_until([&] { return latched(*client_)[0].fresh; }));
   ASSERT_TRUE(eventually([&] { return client_->counters().requests == server_.counters().replies; }));
   server_.set_fault(0, true);
@@ -203,7 +197,7 @@ TEST_F(InjectedFaults, ServerRepliesLate) {
 }
 
 TEST_F(InjectedFaults, ServerRepliesLateByTheVirtualClock) {
-  server_.add_fault({.kind = Kind::delay, .delay_ns = 30 * ms});
+  server_.add_fault({.delay = milliseconds(30)});
   server_.start(hand_, Pacing::lockstep);
   ClientSettings settings{.name = "master"};
   settings.endpoint.port = server_.port();
@@ -240,7 +234,7 @@ TEST_F(InjectedFaults, ServerRepliesLateByTheVirtualClock) {
 TEST_F(InjectedFaults, SafeValuesReachASilentUnit) {
   for (const Pacing pacing : {Pacing::lockstep, Pacing::realtime}) {
     const std::int64_t requests = static_cast<std::int64_t>(server_.counters().requests);
-    start(pacing, {{.kind = Kind::silent}});
+    start(pacing, {{.is_silent = true}});
     client_->set_fault(0, true);
     client_->enter_safe_state();
     EXPECT_TRUE(
@@ -251,11 +245,18 @@ TEST_F(InjectedFaults, SafeValuesReachASilentUnit) {
   }
 }
 
-TEST_F(InjectedFaults, ThatDoNotFitAreRefused) {
-  EXPECT_EQ(server_.fault_problem({.kind = Kind::bus_off}),
-            "a Modbus unit can be silent, disconnected, slow ('delay') or answer with an 'exception'");
-  EXPECT_EQ(server_.fault_problem({.kind = Kind::drop, .message = "level"}),
-            "Modbus has no messages; the fault can be one of the unit");
+TEST_F(InjectedFaults, SilenceInputsWhereNoReplyComesInTime) {
+  start(Pacing::lockstep,
+        {{.is_silent = true},
+         {.is_disconnected = true},
+         {.exception = 6},
+         {.delay = milliseconds(50)},
+         {.delay = milliseconds(51)}},
+        {{.delay = milliseconds(51)}});
+  for (const std::size_t fault : {0, 1, 2, 4})
+    EXPECT_TRUE(client_->silences(fault)) << fault;
+  EXPECT_FALSE(client_->silences(3)) << "its time-out";
+  EXPECT_FALSE(server_.silences(0)) << "its inputs stay fresh";
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "io/can/log_playback.hpp"
 #include "io/virtual/hub.hpp"
 #include "io/virtual/station.hpp"
+#include "tests/support/can_faults.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/simulation/run_clock.hpp"
 
@@ -33,17 +34,18 @@ PlaybackConfig log_of(std::vector<PlayedFrame> frames, RunTimeNs begin_ns = 0, s
 /// receives, and of another one.
 class PlayingDevice : public ::testing::Test {
  protected:
+  struct FaultEntry {
+    std::string message, entry;
+  };
   void open(PlaybackConfig playback, std::unique_ptr<CanTransport> bus,
-            const std::vector<InjectedFault>& faults = {}) {
+            const std::vector<FaultEntry>& faults = {}) {
     CanDeviceConfig config = crossing_config();
     config.send = {{"EgoStatus", 20 * ms, 0, protection, {}}};
     config.receive = {{"BrakeCommand", 0, {}, {}}};
     config.playback = std::move(playback);
     device_ = std::make_unique<CanDevice>(std::move(config), std::move(bus));
-    for (const InjectedFault& fault : faults) {
-      EXPECT_EQ(device_->fault_problem(fault), "");
-      device_->add_fault(fault);
-    }
+    for (const FaultEntry& fault : faults)
+      EXPECT_EQ(tests::add_can_fault(*device_, fault.message, fault.entry), "");
     device_->start(clock_, Pacing::lockstep);
   }
   void tick(std::int64_t now_ms) {
@@ -106,7 +108,7 @@ TEST_F(PlayingDevice, FaultsOfReceivedMessagesActOnPlayedFrames) {
   device_ = std::make_unique<CanDevice>(
       std::move(config),
       std::make_unique<virtual_bus::Hub>(virtual_bus::HubConfig{.name = "car", .path = {}, .faults = {}}));
-  device_->add_fault({.kind = InjectedFault::Kind::delay, .message = "BrakeCommand", .delay_ns = 20 * ms});
+  ASSERT_EQ(tests::add_can_fault(*device_, "BrakeCommand", "delay: 20 ms"), "");
   device_->set_fault(0, true);
   device_->start(clock_, Pacing::lockstep);
   std::vector<Sample> samples(device_->inputs().size());
@@ -123,11 +125,11 @@ TEST_F(PlayingDevice, FaultsOfReceivedMessagesActOnPlayedFrames) {
 }
 
 TEST_F(PlayingDevice, FaultsOfAnIdentifierActOnPlayedFrames) {
-  const auto sent_with = [&](InjectedFault injected) {
+  const auto sent_with = [&](const std::string& entry) {
     auto owned = std::make_unique<DrivenBus>();
     DrivenBus& bus = *owned;
     open(log_of({played(0, 0x555, 1), played(10 * ms, 0x556, 2), played(20 * ms, 0x555, 3)}),
-         std::move(owned), {std::move(injected)});
+         std::move(owned), {{"0x555", entry}});
     device_->set_fault(0, true);
     for (const int now_ms : {0, 10, 20, 30})
       tick(now_ms);
@@ -138,47 +140,42 @@ TEST_F(PlayingDevice, FaultsOfAnIdentifierActOnPlayedFrames) {
     }
     return sent;
   };
-  const std::string message = "0x555";
-  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::drop, .message = message}), "2 ");
+  EXPECT_EQ(sent_with("drop: 100 %"), "2 ");
   EXPECT_EQ(device_->fault_effects(0), 2U);
   EXPECT_EQ(device_->counters().played, 1U);
   EXPECT_TRUE(device_->playback()->last_ns) << "dropped frames have been played";
-  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::repeat, .message = message, .number = 1}), "1 1 2 3 3 ");
-  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::delay, .message = message, .delay_ns = 10 * ms}),
-            "1 2 3 ");
+  EXPECT_EQ(sent_with("repeat: 1"), "1 1 2 3 3 ");
+  EXPECT_EQ(sent_with("delay: 10 ms"), "1 2 3 ");
   EXPECT_EQ(device_->counters().played, 3U);
-  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::flip_bits, .message = message, .bits = {1}}), "3 2 1 ");
-  EXPECT_EQ(sent_with({.kind = InjectedFault::Kind::length, .message = message, .number = 2}), "1* 2 3* ");
+  EXPECT_EQ(sent_with("flip_bits: [1]"), "3 2 1 ");
+  EXPECT_EQ(sent_with("length: 2"), "1* 2 3* ");
   EXPECT_EQ(device_->fault_count(0), 2U);
 }
 
 TEST_F(PlayingDevice, FaultsOfAnIdentifierAreThoseOfItsMessageOrOfPlayedFrames) {
   open(log_of({played(0, 0x555, 1), played(10 * ms, 0x556, 2)}), std::make_unique<DrivenBus>());
-  const auto problem = [&](InjectedFault::Kind kind, const std::string& message, std::uint32_t number = 0,
-                           std::vector<std::uint32_t> bits = {}) {
-    return device_->fault_problem(
-        {.kind = kind, .message = message, .number = number, .bits = std::move(bits)});
+  const auto problem = [&](const std::string& message, const std::string& entry) {
+    return tests::can_fault_problem(*device_, message, entry);
   };
-  using enum InjectedFault::Kind;
-  EXPECT_EQ(problem(drop, "0x555"), "");
+  EXPECT_EQ(problem("0x555", "drop: 100 %"), "");
   const std::string not_here =
       "the bus neither sends nor receives nor plays this message; it sends or receives EgoStatus, "
       "BrakeCommand";
-  EXPECT_EQ(problem(drop, "0x00000555"), not_here);
-  EXPECT_EQ(problem(drop, "0x557"), not_here);
-  EXPECT_EQ(problem(drop, "0x"), not_here);
-  EXPECT_EQ(problem(drop, "0x8ff"), not_here);
-  EXPECT_EQ(problem(length, "0x555", 1), "all its frames already have a length of 1; give another");
-  EXPECT_EQ(problem(length, "0x555", 9), "no classic CAN frame has 9 bytes");
-  EXPECT_EQ(problem(flip_bits, "0x555", 0, {8}),
+  EXPECT_EQ(problem("0x00000555", "drop: 100 %"), not_here);
+  EXPECT_EQ(problem("0x557", "drop: 100 %"), not_here);
+  EXPECT_EQ(problem("0x", "drop: 100 %"), not_here);
+  EXPECT_EQ(problem("0x8ff", "drop: 100 %"), not_here);
+  EXPECT_EQ(problem("0x555", "length: 1"), "all its frames already have a length of 1; give another");
+  EXPECT_EQ(problem("0x555", "length: 9"), "no classic CAN frame has 9 bytes");
+  EXPECT_EQ(problem("0x555", "flip_bits: [8]"),
             "bit 8 is not in its longest frame, which has the bits 0 to 7");
-  for (const auto kind : {frozen, wrong_counter, wrong_checksum})
-    EXPECT_EQ(problem(kind, "0x555"),
+  for (const char* const entry : {"stuck: last", "wrong: counter", "wrong: checksum"})
+    EXPECT_EQ(problem("0x555", entry),
               "only a message of the DBC file can be stuck or have a wrong counter or checksum");
   const MessageLayout layout(*crossing_config().database.find_message("EgoStatus"), {}, Use::send);
   char identifier[16];
   std::snprintf(identifier, sizeof identifier, "0x%x", layout.can_id());
-  EXPECT_EQ(problem(frozen, identifier), "") << identifier << " is EgoStatus, which the device sends";
+  EXPECT_EQ(problem(identifier, "stuck: last"), "") << identifier << " is EgoStatus, which the device sends";
 }
 
 TEST_F(PlayingDevice, CountsFramesThatTheBusDoesNotTake) {

@@ -6,12 +6,11 @@
 
 #include "driven_bus.hpp"
 #include "io/can/can_device.hpp"
+#include "tests/support/can_faults.hpp"
 #include "tests/support/simulation/run_clock.hpp"
 
 namespace hil::io::can {
 namespace {
-
-using Kind = InjectedFault::Kind;
 
 std::size_t index_of(std::span<const ChannelInfo> channels, const std::string& name) {
   std::size_t index = 0;
@@ -23,10 +22,8 @@ std::size_t index_of(std::span<const ChannelInfo> channels, const std::string& n
 /// The device in lock-step, with ticks of 10 ms. EgoStatus is sent on each.
 class FrameFaults : public testing::Test {
  protected:
-  std::string add(const InjectedFault& injected) {
-    std::string problem = device_.fault_problem(injected);
-    if (problem.empty()) device_.add_fault(injected);
-    return problem;
+  std::string add(const std::string& message, const std::string& entry, std::uint64_t seed = 0) {
+    return tests::add_can_fault(device_, message, entry, seed);
   }
   void start() { device_.start(clock_, Pacing::lockstep); }
 
@@ -82,7 +79,7 @@ class FrameFaults : public testing::Test {
 };
 
 TEST_F(FrameFaults, DropLosesItsShareFromTheSeed) {
-  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus", .share = 0.25, .seed = 7}), "");
+  ASSERT_EQ(add("EgoStatus", "drop: 25 %", 7), "");
   start();
   device_.set_fault(0, true);
   const std::size_t sent = counters(1'000).size();
@@ -95,11 +92,8 @@ TEST_F(FrameFaults, DropLosesItsShareFromTheSeed) {
 }
 
 TEST_F(FrameFaults, EffectsAreTheFramesThatWereChanged) {
-  const std::vector<InjectedFault> faults{{.kind = Kind::frozen, .message = "EgoStatus"},
-                                          {.kind = Kind::wrong_counter, .message = "EgoStatus"},
-                                          {.kind = Kind::length, .message = "EgoStatus", .number = 4}};
-  for (const InjectedFault& fault : faults)
-    ASSERT_EQ(add(fault), "");
+  for (const char* const entry : {"stuck: last", "wrong: counter", "length: 4"})
+    ASSERT_EQ(add("EgoStatus", entry), "");
   start();
   counters(1);
   device_.set_fault(0, true);
@@ -117,9 +111,9 @@ TEST_F(FrameFaults, EffectsAreTheFramesThatWereChanged) {
 }
 
 TEST_F(FrameFaults, TwoThatCancelEachOtherHaveNoEffect) {
-  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
-  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
-  ASSERT_EQ(add({.kind = Kind::repeat, .message = "EgoStatus", .number = 2}), "");
+  ASSERT_EQ(add("EgoStatus", "flip_bits: [0]"), "");
+  ASSERT_EQ(add("EgoStatus", "flip_bits: [0]"), "");
+  ASSERT_EQ(add("EgoStatus", "repeat: 2"), "");
   start();
   device_.set_fault(0, true);
   device_.set_fault(1, true);
@@ -136,11 +130,11 @@ TEST_F(FrameFaults, TwoThatCancelEachOtherHaveNoEffect) {
 }
 
 TEST_F(FrameFaults, DroppedFramesHaveNoOtherFault) {
-  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
-  ASSERT_EQ(add({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 5 * ms}), "");
-  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus"}), "");
-  ASSERT_EQ(add({.kind = Kind::repeat, .message = "EgoStatus", .number = 1}), "");
-  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  ASSERT_EQ(add("EgoStatus", "flip_bits: [0]"), "");
+  ASSERT_EQ(add("EgoStatus", "delay: 5 ms"), "");
+  ASSERT_EQ(add("EgoStatus", "drop: 100 %"), "");
+  ASSERT_EQ(add("EgoStatus", "repeat: 1"), "");
+  ASSERT_EQ(add("", "state: bus_off"), "");
   start();
   for (const std::size_t fault : {0, 1, 2, 3})
     device_.set_fault(fault, true);
@@ -158,7 +152,7 @@ TEST_F(FrameFaults, DroppedFramesHaveNoOtherFault) {
 }
 
 TEST_F(FrameFaults, DelayTakesEffectOnFramesThatTheEndOfTheRunDrops) {
-  ASSERT_EQ(add({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 1'000 * ms}), "");
+  ASSERT_EQ(add("EgoStatus", "delay: 1000 ms"), "");
   start();
   device_.set_fault(0, true);
   counters(3);
@@ -169,8 +163,8 @@ TEST_F(FrameFaults, DelayTakesEffectOnFramesThatTheEndOfTheRunDrops) {
 }
 
 TEST_F(FrameFaults, OfABusThatIsOffHaveNoEffect) {
-  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0}}), "");
-  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  ASSERT_EQ(add("EgoStatus", "flip_bits: [0]"), "");
+  ASSERT_EQ(add("", "state: bus_off"), "");
   start();
   device_.set_fault(0, true);
   device_.set_fault(1, true);
@@ -180,14 +174,14 @@ TEST_F(FrameFaults, OfABusThatIsOffHaveNoEffect) {
 }
 
 TEST_F(FrameFaults, RepeatSendsEachFrameAgain) {
-  ASSERT_EQ(add({.kind = Kind::repeat, .message = "EgoStatus", .number = 2}), "");
+  ASSERT_EQ(add("EgoStatus", "repeat: 2"), "");
   start();
   device_.set_fault(0, true);
   EXPECT_EQ(counters(2), (std::vector<unsigned>{0, 0, 0, 1, 1, 1}));
 }
 
 TEST_F(FrameFaults, DelayedFramesGoOnAtTheirInstant) {
-  ASSERT_EQ(add({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 25 * ms}), "");
+  ASSERT_EQ(add("EgoStatus", "delay: 25 ms"), "");
   start();
   device_.set_fault(0, true);
   EXPECT_EQ(counters(3), std::vector<unsigned>{}) << "at 0, 10 and 20 ms";
@@ -196,7 +190,7 @@ TEST_F(FrameFaults, DelayedFramesGoOnAtTheirInstant) {
 }
 
 TEST_F(FrameFaults, CounterStandsStillWithARightChecksum) {
-  ASSERT_EQ(add({.kind = Kind::wrong_counter, .message = "EgoStatus"}), "");
+  ASSERT_EQ(add("EgoStatus", "wrong: counter"), "");
   start();
   EXPECT_EQ(counters(2), (std::vector<unsigned>{0, 1}));
   device_.set_fault(0, true);
@@ -210,7 +204,7 @@ TEST_F(FrameFaults, CounterStandsStillWithARightChecksum) {
 }
 
 TEST_F(FrameFaults, FrozenFramesKeepTheirPayloadButNotTheirCounter) {
-  ASSERT_EQ(add({.kind = Kind::frozen, .message = "EgoStatus"}), "");
+  ASSERT_EQ(add("EgoStatus", "stuck: last"), "");
   start();
   const Frame before = tick().at(0);
   device_.set_fault(0, true);
@@ -224,9 +218,9 @@ TEST_F(FrameFaults, FrozenFramesKeepTheirPayloadButNotTheirCounter) {
 }
 
 TEST_F(FrameFaults, ChecksumLengthAndBits) {
-  ASSERT_EQ(add({.kind = Kind::wrong_checksum, .message = "EgoStatus"}), "");
-  ASSERT_EQ(add({.kind = Kind::length, .message = "EgoStatus", .number = 3}), "");
-  ASSERT_EQ(add({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {0, 15}}), "");
+  ASSERT_EQ(add("EgoStatus", "wrong: checksum"), "");
+  ASSERT_EQ(add("EgoStatus", "length: 3"), "");
+  ASSERT_EQ(add("EgoStatus", "flip_bits: [0, 15]"), "");
   start();
   const Frame right = tick().at(0);
   EXPECT_TRUE(has_right_checksum(right));
@@ -246,9 +240,9 @@ TEST_F(FrameFaults, ChecksumLengthAndBits) {
 }
 
 TEST_F(FrameFaults, OfReceivedFramesChangeWhatTheRunReads) {
-  ASSERT_EQ(add({.kind = Kind::drop, .message = "BrakeCommand"}), "");
-  ASSERT_EQ(add({.kind = Kind::delay, .message = "BrakeCommand", .delay_ns = 20 * ms}), "");
-  ASSERT_EQ(add({.kind = Kind::wrong_checksum, .message = "BrakeCommand"}), "");
+  ASSERT_EQ(add("BrakeCommand", "drop: 100 %"), "");
+  ASSERT_EQ(add("BrakeCommand", "delay: 20 ms"), "");
+  ASSERT_EQ(add("BrakeCommand", "wrong: checksum"), "");
   start();
   arrive(3.0);
   tick();
@@ -279,7 +273,7 @@ TEST_F(FrameFaults, OfReceivedFramesChangeWhatTheRunReads) {
 }
 
 TEST_F(FrameFaults, BusOffNeitherSendsNorReceives) {
-  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  ASSERT_EQ(add("", "state: bus_off"), "");
   start();
   arrive(3.0);
   tick();
@@ -301,9 +295,9 @@ TEST_F(FrameFaults, BusOffNeitherSendsNorReceives) {
 }
 
 TEST_F(FrameFaults, SafeValuesReachTheBusInEachFault) {
-  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus"}), "");
-  ASSERT_EQ(add({.kind = Kind::delay, .message = "Object0", .delay_ns = 10 * ms}), "");
-  ASSERT_EQ(add({.kind = Kind::bus_off}), "");
+  ASSERT_EQ(add("EgoStatus", "drop: 100 %"), "");
+  ASSERT_EQ(add("Object0", "delay: 10 ms"), "");
+  ASSERT_EQ(add("", "state: bus_off"), "");
   start();
   for (std::size_t fault = 0; fault < 3; ++fault)
     device_.set_fault(fault, true);
@@ -317,7 +311,7 @@ TEST_F(FrameFaults, SafeValuesReachTheBusInEachFault) {
 }
 
 TEST_F(FrameFaults, FullQueueIsReportedAlsoOfAMessageWithFaults) {
-  ASSERT_EQ(add({.kind = Kind::drop, .message = "EgoStatus"}), "");
+  ASSERT_EQ(add("EgoStatus", "drop: 100 %"), "");
   start();
   bus_->full = true;
   for (int i = 0; i < 30; ++i)
@@ -328,7 +322,7 @@ TEST_F(FrameFaults, FullQueueIsReportedAlsoOfAMessageWithFaults) {
 }
 
 TEST_F(FrameFaults, FrameOfAMessageWithFaultsIsRetriedOnce) {
-  ASSERT_EQ(add({.kind = Kind::wrong_counter, .message = "EgoStatus"}), "");
+  ASSERT_EQ(add("EgoStatus", "wrong: counter"), "");
   start();
   bus_->full = true;
   EXPECT_TRUE(tick().empty());
@@ -337,23 +331,20 @@ TEST_F(FrameFaults, FrameOfAMessageWithFaultsIsRetriedOnce) {
 }
 
 TEST_F(FrameFaults, ThatDoNotFitAreRefused) {
-  const auto problem = [&](const InjectedFault& injected) { return device_.fault_problem(injected); };
-  EXPECT_EQ(problem({.kind = Kind::drop, .message = "Nothing"}),
+  const auto problem = [&](const std::string& message, const std::string& entry) {
+    return tests::can_fault_problem(device_, message, entry);
+  };
+  EXPECT_EQ(problem("Nothing", "drop: 100 %"),
             "the bus neither sends nor receives this message; it sends or receives EgoStatus, Object0, "
             "ObjectHeader, BrakeCommand");
-  EXPECT_EQ(problem({.kind = Kind::wrong_counter, .message = "Object0"}),
-            "the scenario names no counter of this message");
-  EXPECT_EQ(problem({.kind = Kind::wrong_checksum, .message = "Object0"}),
-            "the scenario names no checksum of this message");
-  EXPECT_EQ(problem({.kind = Kind::length, .message = "EgoStatus", .number = 12}),
-            "no classic CAN frame has 12 bytes");
-  EXPECT_EQ(problem({.kind = Kind::length, .message = "EgoStatus", .number = 8}),
-            "all its frames already have a length of 8; give another");
-  EXPECT_EQ(problem({.kind = Kind::flip_bits, .message = "EgoStatus", .bits = {64}}),
+  EXPECT_EQ(problem("Object0", "wrong: counter"), "the scenario names no counter of this message");
+  EXPECT_EQ(problem("Object0", "wrong: checksum"), "the scenario names no checksum of this message");
+  EXPECT_EQ(problem("EgoStatus", "length: 12"), "no classic CAN frame has 12 bytes");
+  EXPECT_EQ(problem("EgoStatus", "length: 8"), "all its frames already have a length of 8; give another");
+  EXPECT_EQ(problem("EgoStatus", "flip_bits: [64]"),
             "bit 64 is not in its frames, which have the bits 0 to 63");
-  EXPECT_EQ(problem({.kind = Kind::delay, .message = "EgoStatus", .delay_ns = 61'000 * ms}),
-            "a frame can be delayed by at most 60 s");
-  EXPECT_EQ(problem({.kind = Kind::silent}), "a CAN bus can only be bus_off");
+  EXPECT_NE(problem("EgoStatus", "delay: 61 s").find("from 1e-09 s to 60 s"), std::string::npos)
+      << problem("EgoStatus", "delay: 61 s");
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include "runtime/buses/modbus/register_map_file.hpp"
 #include "runtime/expectations/instants.hpp"
 #include "runtime/expectations/kinds.hpp"
+#include "runtime/injection/signal_fault.hpp"
+#include "runtime/injection/waveform.hpp"
 
 namespace hil::config::test {
 
@@ -135,6 +137,8 @@ inline ScenarioTypes test_scenario_types() {
             Field::needed("range", Schema::quantity(Quantity::length_m, 0.1, 500.0), "Its range.")})}};
   return {.modules = std::move(modules),
           .buses = buses::section_types(),
+          .waveforms = injection::waveforms(),
+          .faults = injection::signal_fault_kinds(),
           .expectations = expectations::kinds(),
           .table_claims = expectations::table_claims()};
 }

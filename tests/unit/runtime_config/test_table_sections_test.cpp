@@ -48,7 +48,7 @@ TEST_F(TestTables, ValuesAreOneStimulusForEachSignal) {
   EXPECT_EQ(segments[0].for_ns, 100 * ms);
   EXPECT_EQ(segments[1].for_ns, 300 * ms);
   EXPECT_EQ(segments[2].for_ns, std::nullopt);
-  EXPECT_EQ(segments[2].values[0].text(), "3 + 4");
+  EXPECT_EQ(segments[2].waveform->expressions()[0].text(), "3 + 4");
   EXPECT_EQ(scenario->stimuli[1].name.text, "t.b.y");
 }
 
@@ -69,7 +69,7 @@ TEST_F(TestTables, FaultsLastToTheNextState) {
   ASSERT_TRUE(scenario) << texts();
   std::string all;
   for (const FaultSection& fault : scenario->faults) {
-    all += fault.name.text + " " + fault.subject.text + " " + fault.effect() + " at " +
+    all += fault.name.text + " " + fault.subject.text + " " + fault.effect->sentence() + " at " +
            std::to_string(*fault.activation.at_ns / ms) +
            (fault.activation.for_ns ? " for " + std::to_string(*fault.activation.for_ns / ms) : "") + "\n";
   }
@@ -114,11 +114,11 @@ TEST_F(TestTables, MayHaveSemicolonsAndCellsInQuotes) {
   ASSERT_TRUE(scenario) << texts();
   const auto segments = segments_of(scenario->stimuli[0]);
   ASSERT_EQ(segments.size(), 2U);
-  EXPECT_EQ(segments[0].values[0].text(), "max(1, 2)");
-  EXPECT_EQ(segments[1].values[0].text(), "5");
+  EXPECT_EQ(segments[0].waveform->expressions()[0].text(), "max(1, 2)");
+  EXPECT_EQ(segments[1].waveform->expressions()[0].text(), "5");
   const auto quoted = load("time,signal,value\n0,a.x,\"max(1, 2)\"\n");
   ASSERT_TRUE(quoted) << texts();
-  EXPECT_EQ(segments_of(quoted->stimuli[0])[0].values[0].text(), "max(1, 2)");
+  EXPECT_EQ(segments_of(quoted->stimuli[0])[0].waveform->expressions()[0].text(), "max(1, 2)");
 }
 
 TEST_F(TestTables, SayWhatToWriteForADecimalComma) {

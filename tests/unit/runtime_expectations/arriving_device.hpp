@@ -14,7 +14,7 @@
 
 namespace hil::expectations {
 
-class ArrivingDevice final : public tests::IdleDevice {
+class ArrivingDevice final : public tests::IdleDevice, public io::ArrivalSource {
  public:
   /// `kept_inputs`: the first inputs, whose arrivals it can keep.
   explicit ArrivingDevice(std::size_t kept_inputs) : IdleDevice("device"), kept_inputs_(kept_inputs) {}
@@ -25,6 +25,7 @@ class ArrivingDevice final : public tests::IdleDevice {
   void receive(std::size_t input, double value, std::int64_t time_ns) { receive({{input, value}}, time_ns); }
   void lose(std::uint64_t count) { lost_ += count; }
 
+  io::ArrivalSource* arrival_source() noexcept override { return this; }
   bool keep_arrivals(std::size_t input) override { return input < kept_inputs_; }
   std::optional<io::Arrival> next_arrival(std::span<io::InputValue> values) noexcept override {
     if (taken_ == frames_.size()) return std::nullopt;

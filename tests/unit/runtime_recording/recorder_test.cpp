@@ -9,8 +9,10 @@
 #include <limits>
 #include <thread>
 
+#include "io/can/bus_frame.hpp"
 #include "io/device.hpp"
 #include "mcap_reader.hpp"
+#include "runtime/buses/can/can_frame_format.hpp"
 #include "tests/support/allocation_guard.hpp"
 #include "tests/support/eventually.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -32,12 +34,17 @@ class RecorderTest : public ::testing::Test {
     return signal;
   }
   void open(bool virtual_clock = true, std::uint64_t max_bytes = std::uint64_t{1} << 30) {
-    recorder_ = std::make_unique<Recorder>(RecorderOptions{.file = file_,
-                                                           .max_bytes = max_bytes,
-                                                           .virtual_clock = virtual_clock,
-                                                           .frame_buses = {"can.car", "can.body"},
-                                                           .about_run = {{"seed", "3"}}},
-                                           table_, all_);
+    const contribution::FrameFormat format = buses::can::can_frame_format();
+    recorder_ =
+        std::make_unique<Recorder>(RecorderOptions{.file = file_,
+                                                   .max_bytes = max_bytes,
+                                                   .virtual_clock = virtual_clock,
+                                                   .frame_buses = {{"can.car", format}, {"can.body", format}},
+                                                   .about_run = {{"seed", "3"}}},
+                                   table_, all_);
+  }
+  static void take(io::FrameSink& sink, const io::can::BusFrame& frame) {
+    io::take_frame(sink, frame.time_ns, frame);
   }
   void take(std::int64_t time_ns) { recorder_->take(table_, time_ns); }
   test::ReadMcap close(const std::vector<RecordedEvent>& events = {},
@@ -145,14 +152,14 @@ TEST_F(RecorderTest, FramesHaveTheirTimesAndContents) {
   EXPECT_EQ(recorder_->frame_sink("modbus.plc"), nullptr);
   io::FrameSink& car = *recorder_->frame_sink("can.car");
   io::FrameSink& body = *recorder_->frame_sink("can.body");
-  io::BusFrame frame{.time_ns = -5, .id = 0x123, .size = 3};
+  io::can::BusFrame frame{.time_ns = -5, .id = 0x123, .size = 3};
   frame.data = {0x00, 0xAB, 0x0F};
-  car.take(frame);
+  take(car, frame);
   frame = {.time_ns = 2'500'000, .id = 0x18FF0001, .extended = true, .fd = true, .sent = true, .size = 12};
   frame.data.fill(0x5A);
-  body.take(frame);
-  car.take({.time_ns = 3 * ms, .id = 0x7, .remote = true, .size = 8});
-  car.take({.time_ns = 4 * ms, .id = 0x40, .error = true, .size = 8});
+  take(body, frame);
+  take(car, {.time_ns = 3 * ms, .id = 0x7, .remote = true, .size = 8});
+  take(car, {.time_ns = 4 * ms, .id = 0x40, .error = true, .size = 8});
   const test::ReadMcap file = close();
   EXPECT_EQ(text(file.of("/frames/can.car")),
             R"(0 {"id":291,"extended":false,"direction":"rx","kind":"data","fd":false,"dlc":3,"data":"00ab0f"}
@@ -170,7 +177,7 @@ TEST_F(RecorderTest, FramesHaveTheirTimesAndContents) {
 TEST_F(RecorderTest, LengthCodesOfLongFrames) {
   open();
   for (const int size : {8, 12, 16, 20, 24, 32, 48, 64})
-    recorder_->frame_sink("can.car")->take({.fd = true, .size = static_cast<std::uint8_t>(size)});
+    take(*recorder_->frame_sink("can.car"), {.fd = true, .size = static_cast<std::uint8_t>(size)});
   std::string codes;
   for (const test::ReadMessage& message : close().of("/frames/can.car"))
     codes += Json::parse(message.data)["dlc"].dump() + " ";
@@ -207,8 +214,8 @@ TEST_F(RecorderTest, LosesNothingUnderTheVirtualClockAndMakesTheSameBytes) {
       for (const auto signal : signals)
         table_.write(signal, tick % 7, tick * ms);
       take(tick * ms);
-      recorder_->frame_sink("can.car")->take({.time_ns = tick * ms, .id = 1});
-      recorder_->frame_sink("can.car")->take({.time_ns = tick * ms, .id = 2});
+      take(*recorder_->frame_sink("can.car"), {.time_ns = tick * ms, .id = 1});
+      take(*recorder_->frame_sink("can.car"), {.time_ns = tick * ms, .id = 2});
     }
     const test::ReadMcap file = close();
     EXPECT_EQ(result_.dropped, 0U);
@@ -236,7 +243,7 @@ TEST_F(RecorderTest, FullRingDropsAndCountsInRealTime) {
     take(time_ns);
   }
   for (std::uint32_t id = 0; id < 40'000; ++id)
-    recorder_->frame_sink("can.car")->take({.time_ns = 0, .id = id});
+    take(*recorder_->frame_sink("can.car"), {.time_ns = 0, .id = id});
   const test::ReadMcap file = close();
   EXPECT_GT(result_.dropped, 0U);
   EXPECT_EQ(result_.messages + result_.dropped, ticks + 40'000);
@@ -260,7 +267,7 @@ TEST_F(RecorderTest, TakingATickDoesNotAllocate) {
     table_.write(signal, tick, tick * ms);
     table_.write(arriving, {.value = 1.0, .time_ns = tick, .fresh = true});
     take(tick * ms);
-    sink.take({.time_ns = tick * ms, .id = 1});
+    take(sink, {.time_ns = tick * ms, .id = 1});
   }
   allocation_guard::leave_tick();
   EXPECT_EQ(allocation_guard::seen().total(), 0U);

@@ -140,6 +140,22 @@ TEST_F(WiringTest, MistakesBeyondTheCapacityOfDiagnosticsRefuseTheScenario) {
   }
 }
 
+TEST_F(WiringTest, BusesRefuseFaultsOfOtherTypes) {
+  const auto refused = [&](const std::string& target, const std::string& effect, const std::string& words) {
+    const std::string text =
+        scenario_text + std::string("faults: [{name: f, ") + target + ", " + effect + "}]\n";
+    const std::string value = effect.substr(effect.find(": ") + 2);
+    return refuses(text, value + "}]",
+                   "fault 'f' of '" + target.substr(target.find(": ") + 2) + "': " + words);
+  };
+  EXPECT_TRUE(refused("device: can.car", "state: silent", "a CAN bus can only be bus_off"));
+  const std::string of_unit =
+      "a Modbus unit can be silent, disconnected, slow ('delay') or answer with an 'exception'";
+  EXPECT_TRUE(refused("device: modbus.plc", "state: bus_off", of_unit));
+  EXPECT_TRUE(refused("message: modbus.plc.light", "drop: 10 %",
+                      "Modbus has no messages; the fault can be one of the unit"));
+}
+
 TEST_F(WiringTest, SignalsAreConnectedByName) {
   const auto wiring = wired(scenario_text);
   ASSERT_TRUE(wiring) << diagnostics_.to_text();
