@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include <rtstdb/limits.hpp>
 #include <rtstdb/result.hpp>
 #include <rtstdb/standing.hpp>
 
@@ -27,7 +28,7 @@ namespace rtstdb::standing {
 struct FollowerOptions {
   std::uint32_t max_entities = 4096;
   std::uint32_t max_geometries = 1024;
-  std::uint32_t feed_capacity = 1u << 14;  ///< row changes in the queue
+  std::uint32_t feed_capacity = standing_queue_capacity;  ///< row changes in the queue
 };
 
 class Follower {

@@ -75,7 +75,9 @@ enum class EventCause : std::uint8_t {
   /// A write of `version`, at its time: the entity or the carrier was created, moved, removed or otherwise
   /// changed.
   write,
-  gap,   ///< a write of one of several versions that the follower skipped; found at `version`
+  /// A write of one of several versions that the follower skipped, because its queue was full
+  /// (standing_queue_capacity); found at `version`.
+  gap,
   list,  ///< of reset, present and complete: membership did not change
 };
 
