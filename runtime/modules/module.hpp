@@ -123,6 +123,7 @@ struct TaskParameters {
   /// The step runs on a task thread: its outputs become visible at the deadline, and it reads the version of
   /// the release (StepContext::version), whatever is committed while it runs.
   bool own_thread = false;
+  bool firm = false;  ///< see StepContext::read_class
   /// From the release until the outputs of the step are visible.
   std::int64_t visible_after_ns() const noexcept { return own_thread ? deadline_ns : 0; }
   /// By input name; filled in only for create().
@@ -139,6 +140,8 @@ class StepContext {
   std::int64_t period_ns = 0;
   /// The release's deadline on the database's clock: for the terms of transactions.
   rtstdb::ClockTime deadline{};
+  /// For the terms of transactions that only read. soft: a late result is used; firm: it is discarded.
+  rtstdb::DeadlineClass read_class = rtstdb::DeadlineClass::soft;
   /// The world's latest version at the release.
   rtstdb::Version version = 0;
   /// By port, in the order of Ports::inputs. An input without a signal has its `initial` and is not fresh.
@@ -149,13 +152,16 @@ class StepContext {
   EventLog* events = nullptr;
 
   rtstdb::WorldTime world_time() const noexcept { return rtstdb::world_time_ns(time_ns); }
-  /// Executes the transaction and adds the time that the step waits for it to blocked_ns.
+  /// Executes the transaction, whose deadline is that of the release, and adds the time that the step waits
+  /// for it to blocked_ns. Of a transaction that failed only a missed deadline has such a time.
   const rtstdb::Outcome& execute(rtstdb::Database& database, rtstdb::Transaction& transaction) noexcept;
 
   std::int64_t blocked_ns = 0;
   std::int64_t gpu_ns = 0;
   /// The status of the first transaction of this step that failed; idle: none failed.
   rtstdb::Status failure = rtstdb::Status::idle;
+  /// A firm transaction of this step missed its deadline, or admission refused it.
+  bool discarded = false;
   /// Of this step's hard transactions that were late, the latest one.
   struct HardMiss {
     std::int64_t lateness_ns = 0;  ///< 0: there is none
@@ -184,6 +190,8 @@ struct ModuleType {
   config::Schema parameters;  ///< a record
   /// Its modules use the database. False: configure gets a World that may have none.
   bool needs_world = true;
+  /// Its modules write to the world, so that their transactions can not be firm.
+  bool writes = false;
   /// Its module computes the relations of bodies that expressions read: it has an output for each, in their
   /// order. One type has this; a run has at most one such module.
   bool computes_relations = false;

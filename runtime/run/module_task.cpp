@@ -8,7 +8,7 @@ namespace hil::run {
 
 ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadline_ns,
                        signals::SignalTable& table, const rtstdb::Database* database,
-                       const DeviceClock& run_clock, modules::EventLog& events)
+                       const DeviceClock& run_clock, modules::EventLog& events, bool firm)
     : module_(module),
       links_(std::move(links)),
       deadline_ns_(deadline_ns),
@@ -23,6 +23,7 @@ ModuleTask::ModuleTask(modules::Module& module, Links links, std::int64_t deadli
   context_.inputs = inputs_;
   context_.outputs = outputs_;
   context_.events = &events;
+  if (firm) context_.read_class = rtstdb::DeadlineClass::firm;
   std::vector<signals::SignalId> read;
   for (const signals::InputSource& source : links_.inputs)
     read.push_back(source.signal);
@@ -74,6 +75,7 @@ void ModuleTask::step(const executive::TickInfo& tick) noexcept {
   context_.blocked_ns = 0;
   context_.gpu_ns = 0;
   context_.failure = rtstdb::Status::idle;
+  context_.discarded = false;
   context_.hard_miss = {};
   module_.step(context_);
   step_added_ns_ = added_ns_.load(std::memory_order_relaxed);
@@ -84,6 +86,7 @@ void ModuleTask::step(const executive::TickInfo& tick) noexcept {
     if (miss.lateness_ns > worst_hard_miss_.lateness_ns) worst_hard_miss_ = miss;
     ++hard_misses_;
   }
+  discarded_runs_ += context_.discarded ? 1 : 0;
   if (context_.failure == rtstdb::Status::idle) return;
   if (runs_without_result_++ == 0) first_failure_ = context_.failure;
 }

@@ -54,10 +54,21 @@ std::map<std::string, modules::ValueNames> value_names(const config::TaskSection
   return names;
 }
 
+/// Adds a mistake if transactions of this type of module can not be firm.
+void check_firm(const config::TaskSection& section, const modules::ModuleType& type,
+                Diagnostics& diagnostics) {
+  if (type.needs_world && !type.writes) return;
+  diagnostics.add(*section.firm_at, "'transactions: firm' is for tasks that only read the world; module " +
+                                        section.module.text + " of type " + type.name +
+                                        (type.writes ? " writes to it" : " does not use it") +
+                                        ", so leave the key out");
+}
+
 void declare_modules(Wiring& wiring, const BusSignals& of_buses, KnownSignals& known,
                      Diagnostics& diagnostics) {
   for (const config::TaskSection& section : wiring.scenario->tasks) {
     const modules::ModuleType* type = modules::find_module_type(section.type.text);
+    if (section.firm_at) check_firm(section, *type, diagnostics);
     modules::TaskParameters task = task_parameters(*wiring.scenario, section);
     task.value_names = value_names(section, of_buses, known);
     WiredModule wired{.section = &section, .module = nullptr, .links = {}};
@@ -292,7 +303,8 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
           .offset_ns = scenario.base_period_ns * section.offset_ticks,
           .deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns,
           .seed = scenario.seed,
-          .own_thread = !section.thread.empty()};
+          .own_thread = !section.thread.empty(),
+          .firm = section.firm_at.has_value()};
 }
 
 config::ScenarioTypes scenario_types() {

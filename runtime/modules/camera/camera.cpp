@@ -157,7 +157,7 @@ void CameraModule::step(StepContext& context) noexcept {
 }
 
 void CameraModule::take_image(StepContext& context) noexcept {
-  const rtstdb::Terms terms{.deadline_class = rtstdb::DeadlineClass::soft,
+  const rtstdb::Terms terms{.deadline_class = context.read_class,
                             .deadline = context.deadline,
                             .importance = 1,
                             .world_time = {},

@@ -82,7 +82,7 @@ class Collision final : public Module {
   }
 
   void step(StepContext& context) noexcept override {
-    transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+    transaction_->begin({.deadline_class = context.read_class,
                          .deadline = context.deadline,
                          .importance = rtstdb::max_importance,
                          .world_time = {},

@@ -42,7 +42,7 @@ void TouchRecord::note(StepContext& context, const rtstdb::ContactPair& pair) no
     ++not_listed_;
     return;
   }
-  poses_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+  poses_->begin({.deadline_class = context.read_class,
                  .deadline = context.deadline,
                  .importance = rtstdb::max_importance,
                  .world_time = {},

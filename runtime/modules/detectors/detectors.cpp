@@ -64,7 +64,7 @@ class Detectors final : public Module {
   void step(StepContext& context) noexcept override {
     for (rtstdb::Region& region : query_->regions())
       region.t = context.world_time();
-    transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+    transaction_->begin({.deadline_class = context.read_class,
                          .deadline = context.deadline,
                          .importance = rtstdb::max_importance - 1,
                          .world_time = {},

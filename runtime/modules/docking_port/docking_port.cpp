@@ -146,7 +146,7 @@ void DockingPort::configure(World& world, EventLog& events, const TaskParameters
 }
 
 void DockingPort::step(StepContext& context) noexcept {
-  transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+  transaction_->begin({.deadline_class = context.read_class,
                        .deadline = context.deadline,
                        .importance = rtstdb::max_importance,
                        .world_time = {},

@@ -106,7 +106,7 @@ class SpatialRelations final : public Module {
   void step(StepContext& context) noexcept override {
     if (ports_.outputs.empty()) return;
     const rtstdb::WorldTime now = context.world_time();
-    transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+    transaction_->begin({.deadline_class = context.read_class,
                          .deadline = context.deadline,
                          .importance = rtstdb::max_importance,
                          .world_time = {},
