@@ -88,6 +88,7 @@ class DatabaseImpl final : public Database, private query::Appearance {
         materials_(world != nullptr ? std::span(world->materials) : std::span<const log::LoggedMaterial>()),
         lights_(world != nullptr ? std::span(world->lights) : std::span<const log::LoggedLight>()),
         is_history_(static_cast<bool>(past)),
+        is_virtual_(options.clock != nullptr && options.clock->is_virtual()),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
@@ -101,7 +102,8 @@ class DatabaseImpl final : public Database, private query::Appearance {
                  .past = std::move(past)},
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)),
         follower_(engine_, {.max_entities = options.max_entities,
-                            .max_geometries = options.max_geometries}),
+                            .max_geometries = options.max_geometries,
+                            .is_virtual = is_virtual_}),
         geometries_({engine_, *executor_, follower_, options.chunk}, std::move(recovered)) {
     executor_->set_appearance(*this);
   }
@@ -171,7 +173,11 @@ class DatabaseImpl final : public Database, private query::Appearance {
   }
 
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
-  const Outcome& wait(Transaction& transaction) noexcept override { return engine_.wait(transaction); }
+  const Outcome& wait(Transaction& transaction) noexcept override {
+    const Outcome& outcome = engine_.wait(transaction);
+    if (is_virtual_ && outcome.done()) follower_.wait_until_evaluated(outcome.version);
+    return outcome;
+  }
   void cancel(Transaction& transaction) noexcept override { engine_.cancel(transaction); }
   VersionInfo latest() const noexcept override { return engine_.latest(); }
 
@@ -318,6 +324,7 @@ class DatabaseImpl final : public Database, private query::Appearance {
   DefinitionList<Material> materials_;
   DefinitionList<Light> lights_;
   const bool is_history_;
+  const bool is_virtual_;
   const Recovery no_recovery_;
   mutable transaction::Engine engine_;
   standing::Follower follower_;

@@ -278,7 +278,9 @@ class Database {
   virtual void submit(Transaction& transaction) noexcept = 0;
   /// Blocks until a submitted transaction has its outcome. One thread at a time for each transaction. The
   /// thread polls for 30 us before it sleeps, unless the process has one processor, the thread has a
-  /// real-time policy (checked every 10 ms), or DatabaseOptions::thread_priority is set.
+  /// real-time policy (checked every 10 ms), or DatabaseOptions::thread_priority is set. Under a virtual
+  /// clock it also waits until standing queries have been evaluated for the version of a completed
+  /// transaction.
   virtual const Outcome& wait(Transaction& transaction) noexcept = 0;
   /// submit and wait.
   const Outcome& execute(Transaction& transaction) noexcept {

@@ -13,6 +13,10 @@
 //              calls next_events, which is made for the tick; any thread may call progress, status and lost.
 //              A thread of the database with ordinary priority, the follower, finds the events; the engine
 //              only copies written rows for it.
+//   virtual    Under a virtual clock (Clock::is_virtual) Database::wait returns after the follower has
+//   clock      evaluated the transaction's version. The events are then a function of the commits, if one
+//              thread at a time commits and fetches events. A list of members after lost events comes with
+//              the next version.
 //   lifetime   The destructor of a standing query ends it. It must not outlive its Database.
 
 #include <cstddef>

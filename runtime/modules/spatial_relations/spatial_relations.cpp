@@ -2,7 +2,8 @@
 //
 // Where a search is undecided, a distance is published if its bounds differ by at most 1 cm, a contact is
 // false if the lower bound is above 0, and the output is unknown otherwise. Each is unknown before the first
-// step.
+// step. The instant of a crossing is unknown while the body is on the other side of the region's border than
+// the last crossing that is final says.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -17,6 +18,7 @@
 #include <rtstdb/limits.hpp>
 
 #include "runtime/modules/module.hpp"
+#include "runtime/modules/region_crossings.hpp"
 #include "runtime/modules/time_to_impact.hpp"
 
 namespace hil::modules {
@@ -71,10 +73,14 @@ struct Impact {
   std::size_t output = 0;
   std::optional<TimeToImpact> time{};  ///< after configure
 };
+/// A body and a region, and their outputs.
 struct BodyInRegion {
   std::string body;
   config::WorldRegion region;
-  std::size_t output = 0;
+  std::optional<std::size_t> inside{}, crossed_at{};
+  std::optional<RegionCrossings> crossings{};  ///< after configure, where an output needs them
+  bool is_member = false;                      ///< by the crossings that are final
+  double crossed_at_s = unknown;               ///< the last of them
 };
 struct BodyInBeam {
   std::string body;
@@ -98,13 +104,15 @@ class SpatialRelations final : public Module {
     if (!impacts_.empty()) prepare_impacts(world, caller, task.instance + " impacts");
     for (Impact& impact : impacts_)
       impact.time.emplace(events, impact.first + " and " + impact.second);
-    if (!regions_.empty()) prepare_regions(world, caller, task.instance);
+    if (!regions_.empty()) prepare_regions(world, caller, task.instance, events);
     if (!beams_.empty()) prepare_beams(world, caller, task.instance);
     transaction_ = database_->make_transaction({.max_queries = 4});
   }
 
   void step(StepContext& context) noexcept override {
     if (ports_.outputs.empty()) return;
+    for (std::size_t i = 0; i < regions_.size(); ++i)
+      if (regions_[i].crossings) take_crossings(context, regions_[i], bodies_in_regions_[i]);
     const rtstdb::WorldTime now = context.world_time();
     transaction_->begin({.deadline_class = context.read_class,
                          .deadline = context.deadline,
@@ -164,10 +172,12 @@ class SpatialRelations final : public Module {
                             .output = output});
         return;
       case RelationKind::inside:
+      case RelationKind::crossed_at:
         ports_.bodies.push_back(relation.first);
         if (const auto region = volume_named(relation.second, relations.regions, "region", diagnostics)) {
           if (region->carrier) add_carrier(*region->carrier, relation.first, "region", diagnostics);
-          regions_.push_back({.body = first, .region = *region, .output = output});
+          BodyInRegion& body = body_in_region(first, *region);
+          (relation.function->kind == RelationKind::inside ? body.inside : body.crossed_at) = output;
         }
         return;
       case RelationKind::sees:
@@ -195,6 +205,13 @@ class SpatialRelations final : public Module {
     }
     pairs_.push_back({.first = first, .second = second, .distances = {}, .contacts = {}});
     return pairs_.back();
+  }
+
+  BodyInRegion& body_in_region(const std::string& body, const config::WorldRegion& region) {
+    for (BodyInRegion& known : regions_)
+      if (known.body == body && known.region.name.text == region.name.text) return known;
+    regions_.push_back({.body = body, .region = region});
+    return regions_.back();
   }
 
   template <class Options>
@@ -244,7 +261,7 @@ class SpatialRelations final : public Module {
     std::ranges::copy(searches, impact_query_->searches().begin());
   }
 
-  void prepare_regions(World& world, const std::string& caller, const std::string& name) {
+  void prepare_regions(World& world, const std::string& caller, const std::string& name, EventLog& events) {
     region_query_ =
         prepared(rtstdb::RegionQueryOptions{.name = name,
                                             .capacity = static_cast<std::uint32_t>(regions_.size()),
@@ -260,6 +277,8 @@ class SpatialRelations final : public Module {
       region.q = glm::quat(glm::angleAxis(from.heading_rad, glm::dvec3(0.0, 0.0, 1.0)));
       if (from.carrier) region.carrier = world.entity_of(from.carrier->text, caller);
       bodies_in_regions_.push_back(world.entity_of(regions_[i].body, caller));
+      if (regions_[i].crossed_at)
+        regions_[i].crossings.emplace(*database_, region, "region " + from.name.text, caller, events);
     }
   }
 
@@ -301,6 +320,20 @@ class SpatialRelations final : public Module {
           impacts_[i].time->take(context, std::as_const(*impact_query_).answers()[i], impacts_[i].window);
   }
 
+  static void take_crossings(const StepContext& context, BodyInRegion& region,
+                             rtstdb::EntityId body) noexcept {
+    region.crossings->take(context, [&](const rtstdb::StandingEvent& event) {
+      if (event.kind == rtstdb::EventKind::reset) {
+        region.is_member = false;
+        region.crossed_at_s = unknown;
+      }
+      if (event.entity != body) return;
+      region.is_member = event.kind != rtstdb::EventKind::exit;
+      if (event.kind != rtstdb::EventKind::present)
+        region.crossed_at_s = static_cast<double>(event.time.time_since_epoch().count()) * 1e-9;
+    });
+  }
+
   void take_regions(StepContext& context) noexcept {
     for (std::size_t i = 0; i < regions_.size(); ++i) {
       const rtstdb::RegionAnswer& answer = std::as_const(*region_query_).answers()[i];
@@ -308,7 +341,13 @@ class SpatialRelations final : public Module {
       for (const rtstdb::EntityId& entity : answer.entities)
         is_inside |= entity == bodies_in_regions_[i];
       const bool is_known = is_inside || (!answer.overflow && !answer.incomplete);
-      context.outputs[regions_[i].output] = !is_known ? unknown : is_inside ? 1.0 : 0.0;
+      const BodyInRegion& region = regions_[i];
+      if (region.inside) context.outputs[*region.inside] = !is_known ? unknown : is_inside ? 1.0 : 0.0;
+      if (!region.crossed_at) continue;
+      const bool is_final =
+          region.crossings->is_complete(context) || (is_known && is_inside == region.is_member);
+      context.outputs[*region.crossed_at] =
+          is_final && region.crossings->is_known() ? region.crossed_at_s : unknown;
     }
   }
 
