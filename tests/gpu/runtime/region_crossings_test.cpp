@@ -314,13 +314,22 @@ TEST_F(RegionCrossingsTest, AnInstantIsUnknownUntilALaterVersionMakesItFinal) {
   EXPECT_TRUE(std::isnan(now[6])) << "its last crossing is not that of 0.1 s";
   // It comes back by a write, which is no motion over the border.
   rtstdb::Motion back;
+  back.v_world_mps.x = 10.0;
   back.valid_from = rtstdb::world_time_ns(600 * ms);
   commit(600 * ms, body, back);
   now = at(600 * ms);
   EXPECT_NEAR(now[3], 0.4, tolerance_s);
   EXPECT_NEAR(now[2], 0.6, tolerance_s);
   EXPECT_NEAR(now[6], 0.6, tolerance_s);
-  EXPECT_EQ(counts(*module), (std::array<double, 2>{2.0, 1.0}));
+  now = at(900 * ms);
+  EXPECT_NEAR(now[2], 0.6, tolerance_s);
+  EXPECT_TRUE(std::isnan(now[3])) << "the instant of 0.4 s is not that at which it left last";
+  EXPECT_TRUE(std::isnan(now[6]));
+  commit(910 * ms);
+  now = at(910 * ms);
+  EXPECT_NEAR(now[3], 0.75, tolerance_s);
+  EXPECT_NEAR(now[6], 0.75, tolerance_s);
+  EXPECT_EQ(counts(*module), (std::array<double, 2>{2.0, 2.0}));
 }
 
 TEST_F(RegionCrossingsTest, BodiesOfTheStartHaveNotEntered) {
