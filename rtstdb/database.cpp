@@ -80,14 +80,15 @@ Result<std::unique_ptr<transaction::CommitLog>> open_log(const DatabaseOptions& 
 class DatabaseImpl final : public Database, private query::Appearance {
  public:
   /// `recovered`: recovered geometries, already on the device. `world` has the recovered materials and
-  /// lights; null: none. `past`: see EngineOptions.
-  DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options,
+  /// lights; null: none. `spin`, `past`: see EngineOptions.
+  DatabaseImpl(std::unique_ptr<query::GpuExecutor> executor, const DatabaseOptions& options, Nanoseconds spin,
                std::unique_ptr<transaction::CommitLog> log, std::vector<ListedGeometry> recovered,
                const log::World* world, std::function<void(store::Store&)> past)
       : executor_(std::move(executor)),
         materials_(world != nullptr ? std::span(world->materials) : std::span<const log::LoggedMaterial>()),
         lights_(world != nullptr ? std::span(world->lights) : std::span<const log::LoggedLight>()),
         is_history_(static_cast<bool>(past)),
+        is_virtual_(options.clock != nullptr && options.clock->is_virtual()),
         engine_({.store = {.max_entities = options.max_entities,
                            .retained_changes = options.retained_changes,
                            .geometry_known = [this](GeometryId id) { return executor_->knows_geometry(id); },
@@ -97,13 +98,12 @@ class DatabaseImpl final : public Database, private query::Appearance {
                  .queue_capacity = options.queue_capacity,
                  .chunk = options.chunk,
                  .thread_priority = options.thread_priority,
-                 .max_reserved_share = options.max_reserved_share,
-                 .spin = options.spin,
+                 .spin = spin,
                  .past = std::move(past)},
                 *executor_, options.clock != nullptr ? *options.clock : monotonic_clock_, std::move(log)),
         follower_(engine_, {.max_entities = options.max_entities,
                             .max_geometries = options.max_geometries,
-                            .feed_capacity = options.standing_queue_capacity}),
+                            .is_virtual = is_virtual_}),
         geometries_({engine_, *executor_, follower_, options.chunk}, std::move(recovered)) {
     executor_->set_appearance(*this);
   }
@@ -173,7 +173,11 @@ class DatabaseImpl final : public Database, private query::Appearance {
   }
 
   void submit(Transaction& transaction) noexcept override { engine_.submit(transaction); }
-  const Outcome& wait(Transaction& transaction) noexcept override { return engine_.wait(transaction); }
+  const Outcome& wait(Transaction& transaction) noexcept override {
+    const Outcome& outcome = engine_.wait(transaction);
+    if (is_virtual_ && outcome.done()) follower_.wait_until_evaluated(outcome.version);
+    return outcome;
+  }
   void cancel(Transaction& transaction) noexcept override { engine_.cancel(transaction); }
   VersionInfo latest() const noexcept override { return engine_.latest(); }
 
@@ -320,6 +324,7 @@ class DatabaseImpl final : public Database, private query::Appearance {
   DefinitionList<Material> materials_;
   DefinitionList<Light> lights_;
   const bool is_history_;
+  const bool is_virtual_;
   const Recovery no_recovery_;
   mutable transaction::Engine engine_;
   standing::Follower follower_;
@@ -328,7 +333,7 @@ class DatabaseImpl final : public Database, private query::Appearance {
 
 /// `range`: the range of a history; null: a live database.
 Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu::DeviceOptions device,
-                                            log::VersionRange* range) {
+                                            Nanoseconds spin, log::VersionRange* range) {
   return catch_out_of_memory<std::unique_ptr<Database>>(
       "the database", {}, [&]() -> Result<std::unique_ptr<Database>> {
         if (auto checked = check_options(options); !checked) return checked.error();
@@ -354,7 +359,7 @@ Result<std::unique_ptr<Database>> open_with(const DatabaseOptions& options, gpu:
         std::function<void(store::Store&)> past;
         if (range != nullptr) past = [range](store::Store& store) { apply_range(*range, store); };
         auto database =
-            std::make_unique<DatabaseImpl>(std::move(executor).value(), options, std::move(log).value(),
+            std::make_unique<DatabaseImpl>(std::move(executor).value(), options, spin, std::move(log).value(),
                                            std::move(recovered).value(), world, std::move(past));
         return std::unique_ptr<Database>(std::move(database));
       });
@@ -370,13 +375,14 @@ Result<std::unique_ptr<Database>> Database::open(const DatabaseOptions& options)
   return open_database(options, {});
 }
 
-Result<std::unique_ptr<Database>> open_database(const DatabaseOptions& options, gpu::DeviceOptions device) {
-  return open_with(options, std::move(device), nullptr);
+Result<std::unique_ptr<Database>> open_database(const DatabaseOptions& options, gpu::DeviceOptions device,
+                                                Nanoseconds spin) {
+  return open_with(options, std::move(device), spin, nullptr);
 }
 
 Result<std::unique_ptr<Database>> open_history_range(const DatabaseOptions& options,
                                                      log::VersionRange range) {
-  return open_with(options, {}, &range);
+  return open_with(options, {}, transaction::default_spin, &range);
 }
 
 }  // namespace rtstdb

@@ -1,8 +1,6 @@
 #include "rtstdb/option_check.hpp"
 
-#include <cstdio>
 #include <string>
-#include <utility>
 
 #include <rtstdb/limits.hpp>
 
@@ -31,20 +29,13 @@ Result<void> check_options(const DatabaseOptions& options) {
        {Count{"max_entities", options.max_entities, max_entities},
         Count{"max_geometries", options.max_geometries, max_geometries},
         Count{"queue_capacity", options.queue_capacity, max_queue_capacity},
-        Count{"retained_changes", options.retained_changes, max_retained_changes},
-        Count{"standing_queue_capacity", options.standing_queue_capacity, max_retained_changes}}) {
+        Count{"retained_changes", options.retained_changes, max_retained_changes}}) {
     if (value == 0 || value > limit)
       return Error{ErrorCode::capacity, std::string(name) + " is " + std::to_string(value) + "; 1 to " +
                                             std::to_string(limit) + " are allowed"};
   }
-  for (const auto& [name, duration] : {std::pair("chunk", options.chunk), std::pair("spin", options.spin)})
-    if (!is_option_duration(duration)) return Error{ErrorCode::bad_input, refused_duration(name, duration)};
-  if (!(options.max_reserved_share > 0.0 && options.max_reserved_share <= 1.0)) {
-    char share[40];
-    std::snprintf(share, sizeof share, "%.9g", options.max_reserved_share);
-    return Error{ErrorCode::bad_input,
-                 "max_reserved_share is " + std::string(share) + "; above 0 to 1 is allowed"};
-  }
+  if (!is_option_duration(options.chunk))
+    return Error{ErrorCode::bad_input, refused_duration("chunk", options.chunk)};
   if (options.thread_priority < 0 || options.thread_priority > 99)
     return Error{ErrorCode::bad_input, "thread_priority is " + std::to_string(options.thread_priority) +
                                            "; 0, ordinary, and 1 to 99 are allowed"};

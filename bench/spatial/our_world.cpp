@@ -3,11 +3,12 @@
 #include <algorithm>
 
 #include "bench/spatial/side_by_side.hpp"
+#include "rtstdb/open_database.hpp"
 
 namespace hil::bench {
 
-OurWorld::OurWorld(const rtstdb::DatabaseOptions& options)
-    : database_(must(rtstdb::Database::open(options))) {}
+OurWorld::OurWorld(const rtstdb::DatabaseOptions& options, rtstdb::Nanoseconds spin)
+    : database_(must(rtstdb::open_database(options, {}, spin))) {}
 
 OurWorld::OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries, rtstdb::Nanoseconds spin,
                    const rtstdb::DurabilityOptions& durability)
@@ -15,8 +16,8 @@ OurWorld::OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries, rts
                 .max_geometries = max_geometries,
                 .retained_changes = 2 * max_entities,
                 .chunk = rtstdb::Nanoseconds(0),
-                .spin = spin,
-                .durability = durability}) {}
+                .durability = durability},
+               spin) {}
 
 rtstdb::GeometryId OurWorld::add(const rtstdb::TriangleMesh& mesh) {
   return must(database_->add_geometry(mesh, "mesh"));

@@ -9,14 +9,18 @@
 
 #include <rtstdb/database.hpp>
 
+#include "rtstdb/transaction/spin.hpp"
+
 namespace hil::bench {
 
 class OurWorld {
  public:
-  explicit OurWorld(const rtstdb::DatabaseOptions& options);
+  /// `spin`: see rtstdb/open_database.hpp.
+  explicit OurWorld(const rtstdb::DatabaseOptions& options,
+                    rtstdb::Nanoseconds spin = rtstdb::transaction::default_spin);
   /// Batches are not split into chunks.
   explicit OurWorld(std::uint32_t max_entities, std::uint32_t max_geometries = 16,
-                    rtstdb::Nanoseconds spin = rtstdb::DatabaseOptions{}.spin,
+                    rtstdb::Nanoseconds spin = rtstdb::transaction::default_spin,
                     const rtstdb::DurabilityOptions& durability = {});
 
   rtstdb::Database& database() { return *database_; }

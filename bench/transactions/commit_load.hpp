@@ -15,7 +15,7 @@ struct CommitLoadOptions {
   std::uint32_t transactions = 1;  ///< that wait at once
   std::uint32_t rows = 1;          ///< in each
   bool turns = false;              ///< every number of a motion changes, rather than one
-  rtstdb::Nanoseconds spin = rtstdb::DatabaseOptions{}.spin;
+  rtstdb::Nanoseconds spin = rtstdb::transaction::default_spin;
   rtstdb::DurabilityOptions durability{};
 };
 

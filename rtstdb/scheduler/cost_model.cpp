@@ -216,8 +216,15 @@ void CostModel::update_from_stopped(std::span<const query::Request> requests, Na
     if (all_known)
       whole_ns = std::clamp(whole_ns, cost_ns, std::max(cost_ns, CostLine::max_above * predicted_ns));
   }
-  if (whole_ns > clearly_more * predicted_ns)
-    update_from_queries(requests, Nanoseconds(std::llround(whole_ns)), structures);
+  // Otherwise work that never completes would never be predicted, and so never be refused.
+  const bool is_first_estimate =
+      answered > 0.0 && std::ranges::any_of(requests, [&](const query::Request& request) {
+        return class_line(request).samples() < min_samples;
+      });
+  if (whole_ns > clearly_more * predicted_ns || is_first_estimate) {
+    const double learned_ns = std::max(whole_ns, predicted_ns);
+    update_from_queries(requests, Nanoseconds(std::llround(learned_ns)), structures);
+  }
 }
 
 void CostModel::update_from_queries(std::span<const query::Request> requests, Nanoseconds cost,

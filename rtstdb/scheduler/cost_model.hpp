@@ -65,8 +65,8 @@ class CostModel {
   void update_from_worst_elements(std::span<const query::Request> requests, Nanoseconds cost,
                                   const query::StructureWork& structures) noexcept;
   /// Updates the estimate from a run that was stopped after `cost`, scaled to the whole run by what it had
-  /// answered, where that is clearly more than predicted. An incomplete run can not show that work has become
-  /// cheaper.
+  /// answered, where that is clearly more than predicted, or where there are fewer than min_samples and it
+  /// had answered some. An incomplete run can not show that work has become cheaper.
   void update_from_stopped(std::span<const query::Request> requests, Nanoseconds cost,
                            const query::StructureWork& structures) noexcept;
 

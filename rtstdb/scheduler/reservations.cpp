@@ -100,7 +100,7 @@ ReservationCounts ReservationImpl::counts() const {
           .longest_response = Nanoseconds(longest_response_ns_.load(std::memory_order_relaxed))};
 }
 
-Result<void> Reservations::add(ReservationImpl& reservation, Nanoseconds piece, double share) {
+Result<void> Reservations::add(ReservationImpl& reservation, Nanoseconds piece) {
   if (auto checked = check(reservation.options()); !checked) return checked;
   if (admitted_.size() == max_reservations) {
     return Error{ErrorCode::capacity, described(reservation.options()) + ": there are " +
@@ -119,9 +119,9 @@ Result<void> Reservations::add(ReservationImpl& reservation, Nanoseconds piece, 
                        .budget = options.budget,
                        .piece = in_one_piece ? options.budget : std::min(piece, options.budget)});
   }
-  if (const auto shortfall = first_shortfall(demands, piece, share)) {
-    return Error{ErrorCode::capacity,
-                 described(reservation.options()) + " can not be kept: " + describe(*shortfall, all, share)};
+  if (const auto shortfall = first_shortfall(demands, piece, max_reserved_share)) {
+    return Error{ErrorCode::capacity, described(reservation.options()) + " can not be kept: " +
+                                          describe(*shortfall, all, max_reserved_share)};
   }
   const std::scoped_lock lock(counting_);
   admitted_ = std::move(all);

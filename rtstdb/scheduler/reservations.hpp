@@ -73,8 +73,8 @@ class Reservations {
   static constexpr std::size_t max_nested = 4;
 
   /// Admits the reservation, or says why it can not be kept. `piece`: the longest piece of other work that
-  /// can not be preempted; `share`: see DatabaseOptions::max_reserved_share.
-  Result<void> add(ReservationImpl& reservation, Nanoseconds piece, double share);
+  /// can not be preempted.
+  Result<void> add(ReservationImpl& reservation, Nanoseconds piece);
   void remove(ReservationImpl& reservation) noexcept;
   std::vector<ReservationCounts> counts() const;
 

@@ -145,6 +145,15 @@ void Follower::close() noexcept {
   execute(command);
 }
 
+void Follower::wait_until_evaluated(Version version) noexcept {
+  evaluation_waiters_.fetch_add(1, std::memory_order_seq_cst);
+  for (std::uint32_t seen = evaluations_.load(std::memory_order_seq_cst);
+       evaluated_.load(std::memory_order_seq_cst) < version;
+       seen = evaluations_.load(std::memory_order_seq_cst))
+    threads::futex_wait(evaluations_, seen);
+  evaluation_waiters_.fetch_sub(1, std::memory_order_relaxed);
+}
+
 StandingCounts Follower::counts() const noexcept {
   return {.queries = queries_.load(std::memory_order_relaxed),
           .versions = versions_.load(std::memory_order_relaxed),
@@ -178,9 +187,20 @@ bool Follower::work_once() noexcept {
     fail_all(no_memory);
   }
   worked |= execute_next_command();
-  for (Watch* watch : watches_)
-    watch->publish_list();
+  if (worked || !options_.is_virtual) {
+    for (Watch* watch : watches_)
+      watch->publish_list();
+  }
+  publish_evaluated();
   return worked;
+}
+
+void Follower::publish_evaluated() noexcept {
+  const Version evaluated = feed_active_ ? mirror_.version().version : no_query;
+  if (evaluated == evaluated_.load(std::memory_order_relaxed)) return;
+  evaluated_.store(evaluated, std::memory_order_seq_cst);
+  evaluations_.fetch_add(1, std::memory_order_seq_cst);
+  if (evaluation_waiters_.load(std::memory_order_seq_cst) != 0) threads::futex_wake_all(&evaluations_);
 }
 
 template <class Use>
@@ -271,6 +291,7 @@ Follower::Command::Reply Follower::add(Watch& watch) noexcept {
   }
   watches_.push_back(&watch);
   queries_.store(watches_.size(), std::memory_order_relaxed);
+  publish_evaluated();
   return Command::Reply::done;
 }
 

@@ -2,16 +2,19 @@
 // The follower: the thread that evaluates all standing queries of a database after each commit. It is created
 // with the first query and sleeps while there is none.
 //
-// Threads: any thread calls watch and counts. Destroyed after all queries and before the engine.
+// Threads: any thread calls watch, wait_until_evaluated and counts. Destroyed after all queries and before
+// the engine.
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include <rtstdb/limits.hpp>
 #include <rtstdb/result.hpp>
 #include <rtstdb/standing.hpp>
 
@@ -27,7 +30,10 @@ namespace rtstdb::standing {
 struct FollowerOptions {
   std::uint32_t max_entities = 4096;
   std::uint32_t max_geometries = 1024;
-  std::uint32_t feed_capacity = 1u << 14;  ///< row changes in the queue
+  std::uint32_t feed_capacity = standing_queue_capacity;  ///< row changes in the queue
+  /// A list of members that follows lost events comes with the next version, so that all events are a
+  /// function of the commits and of the calls of next_events between them.
+  bool is_virtual = false;
 };
 
 class Follower {
@@ -52,6 +58,10 @@ class Follower {
   void keep_bounds(GeometryId id, std::vector<std::uint32_t> used_positions) noexcept {
     feed_.keep_bounds(id, std::move(used_positions));
   }
+
+  /// Blocks until all queries have been evaluated for the version, or until there is none. The version is
+  /// published.
+  void wait_until_evaluated(Version version) noexcept;
 
   /// Stops the evaluation: all queries fail with a reason, and the engine is not called any more. Afterwards
   /// watch is misuse.
@@ -87,6 +97,8 @@ class Follower {
   /// Copies the latest version whole and continues from there.
   void catch_up();
   void stop_feed() noexcept;
+  /// Wakes the threads that wait for the version up to which queries have been evaluated.
+  void publish_evaluated() noexcept;
   /// Calls use(watch) for each query that is followed. A query that runs out of memory fails; the others
   /// continue.
   template <class Use>
@@ -113,6 +125,10 @@ class Follower {
   bool closed_ = false;
 
   std::atomic<std::uint64_t> queries_{0}, versions_{0}, rows_{0}, gaps_{0};
+  static constexpr Version no_query = std::numeric_limits<Version>::max();
+  std::atomic<Version> evaluated_{no_query};   ///< all queries have been evaluated for this version
+  std::atomic<std::uint32_t> evaluations_{0};  ///< changes of evaluated_, on which threads sleep
+  std::atomic<std::uint32_t> evaluation_waiters_{0};
   std::atomic<bool> ending_{false};
   std::thread thread_;
 };

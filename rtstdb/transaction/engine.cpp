@@ -57,7 +57,6 @@ Engine::Engine(EngineOptions options, query::Executor& executor, const Clock& cl
     : max_entities_(options.store.max_entities),
       is_history_(static_cast<bool>(options.past)),
       chunk_(options.chunk),
-      max_reserved_share_(options.max_reserved_share),
       // A real-time thread that spins would starve the threads that it waits for.
       spin_(options.thread_priority > 0 ? Nanoseconds(0) : spin_where_possible(options.spin)),
       clock_(clock),
@@ -226,15 +225,14 @@ Result<std::unique_ptr<Reservation>> Engine::reserve(const ReservationOptions& o
 
 Result<void> Engine::admit_reservation(scheduler::ReservationImpl& reservation) {
   // Under a virtual clock no work takes time.
-  if (clock_.is_virtual()) return reservations_.add(reservation, Nanoseconds(0), max_reserved_share_);
+  if (clock_.is_virtual()) return reservations_.add(reservation, Nanoseconds(0));
   if (chunk_ == Nanoseconds(0)) {
     return Error{ErrorCode::capacity,
                  "reservation '" + reservation.options().name +
                      "': DatabaseOptions::chunk is 0, so that other work can not be preempted"};
   }
   const scheduler::CostModel::Pieces pieces = costs_.longest_pieces();
-  return reservations_.add(reservation, std::max(chunk_ + pieces.structures, pieces.commit),
-                           max_reserved_share_);
+  return reservations_.add(reservation, std::max(chunk_ + pieces.structures, pieces.commit));
 }
 
 void Engine::remove_reservation(scheduler::ReservationImpl& reservation) noexcept {

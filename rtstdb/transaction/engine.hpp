@@ -57,8 +57,7 @@ struct EngineOptions {
   Nanoseconds chunk{0};  ///< see DatabaseOptions
   /// SCHED_FIFO priority of the engine threads; 0: ordinary. Where it is refused, degraded() says so.
   int thread_priority = 0;
-  double max_reserved_share = 0.8;
-  Nanoseconds spin{0};  ///< see DatabaseOptions
+  Nanoseconds spin{0};  ///< of owners that wait, and of the engine's thread; zero: neither spins
   /// Fills the store at construction; afterwards every write is refused (RefusedBy::read_only).
   std::function<void(store::Store&)> past = {};
 };
@@ -176,7 +175,6 @@ class Engine final : private query::ExecutorCallbacks,
   const std::uint32_t max_entities_;
   const bool is_history_;
   const Nanoseconds chunk_;
-  const double max_reserved_share_;
   const Nanoseconds spin_;  ///< of owners and of the engine; zero: neither spins
   const Clock& clock_;
   const pid_t process_ = getpid();  ///< whose threads the engine has

@@ -9,6 +9,10 @@
 
 namespace rtstdb::transaction {
 
+/// How long the threads of a database spin. A longer time gains for large commits and loses for programs that
+/// share the processors.
+inline constexpr Nanoseconds default_spin{30'000};
+
 /// How long threads of this process may spin: `wanted`, or zero where the process has one processor.
 Nanoseconds spin_where_possible(Nanoseconds wanted) noexcept;
 

@@ -102,6 +102,8 @@ void read_tasks(const Value& root, Scenario& scenario, ReaderContext& reading) {
         .overrun = overrun_of(value["overrun"].text()),
         .warmup_runs = static_cast<std::uint32_t>(value["warmup"].integer()),
         .thread = value.has("thread") ? value["thread"].text() : "",
+        .firm_at = value["transactions"].text() == "firm" ? std::optional(value["transactions"].place())
+                                                          : std::nullopt,
         .parameters = parameters ? *parameters : value["parameters"],
         .inputs = read_inputs(value["inputs"]),
     };

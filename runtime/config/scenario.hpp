@@ -199,8 +199,9 @@ struct TaskSection {
   std::int64_t budget_ns = 0;  ///< 0: none
   Overrun overrun = Overrun::skip;
   std::uint32_t warmup_runs = 0;
-  std::string thread;  ///< empty: the base thread
-  Value parameters;    ///< as the module type's schema promises
+  std::string thread;              ///< empty: the base thread
+  std::optional<Place> firm_at{};  ///< where the task asks for firm transactions; empty: they are soft
+  Value parameters;                ///< as the module type's schema promises
   std::vector<InputLink> inputs;
 };
 

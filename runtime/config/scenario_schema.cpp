@@ -290,6 +290,10 @@ Schema task_schema() {
       Field::optional("thread", Schema::name(),
                       "The name of the thread that runs the task; tasks with the same name share it. Left "
                       "out: the base thread."),
+      Field::with_default("transactions", Schema::one_of({"soft", "firm"}), "soft",
+                          "What becomes of a result of the database after the deadline, in a task that only "
+                          "reads the world. soft: it is used. firm: it is discarded, and a query is refused "
+                          "at once when its predicted cost does not fit before the deadline."),
       Field::with_default("parameters", Schema::any(), "{}", "The parameters of the module type."),
       Field::with_default("inputs", Schema::map_of_checked_names(Schema::signal()), "{}",
                           "The signal that feeds each input port."),

@@ -13,7 +13,7 @@ using config::in_quotes;
 using Node = config::Expression::Node;
 using Operation = config::Expression::Operation;
 
-constexpr std::array<RelationFunction, 5> all_functions{{
+constexpr std::array<RelationFunction, 6> all_functions{{
     {RelationKind::distance, "distance", "m", "body, other",
      "Between the surfaces of two bodies, in m; minus the depth while they overlap."},
     {RelationKind::contact, "contact", "", "body, other", "Whether the two bodies touch."},
@@ -23,6 +23,9 @@ constexpr std::array<RelationFunction, 5> all_functions{{
     {RelationKind::inside, "inside", "", "body, region",
      "Whether the body is in the region: a part of its oriented bounds, or, with `whole: true`, all of "
      "them."},
+    {RelationKind::crossed_at, "crossed_at", "s", "body, region",
+     "The run time at which the body entered or left the region last, also between two ticks; unknown before "
+     "it has, and until a commit of the world after the crossing has made it final."},
     {RelationKind::sees, "sees", "", "beam, body",
      "Whether the body is the first that the beam meets; the beam passes through its carrier."},
 }};

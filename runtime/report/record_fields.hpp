@@ -95,6 +95,7 @@ void each_field(T& task, Visit&& visit) {
   visit("aborted", task.aborted);
   visit("over_budget", task.over_budget);
   visit("without_result", task.without_result);
+  visit("discarded", task.discarded);
   visit("hard_misses", task.hard_misses);
   visit("warmup_problems", task.warmup_problems);
   visit("page_faults", task.page_faults);

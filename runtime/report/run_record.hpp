@@ -137,6 +137,7 @@ struct Task {
   std::uint64_t aborted = 0;
   std::uint64_t over_budget = 0;
   std::uint64_t without_result = 0;  ///< runs, warm-up runs included, in which a transaction failed
+  std::uint64_t discarded = 0;       ///< of these: a firm transaction was late or not admitted
   std::uint64_t hard_misses = 0;     ///< runs, warm-up runs included, with a late hard transaction
   /// Misses, overruns, skipped, aborted and over_budget of the warm-up, which those counts do not include.
   std::uint64_t warmup_problems = 0;

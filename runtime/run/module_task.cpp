@@ -8,7 +8,7 @@ namespace hil::run {
 
 ModuleTask::ModuleTask(modules::AnyModule& module, Links links, std::int64_t deadline_ns,
                        signals::SignalTable& table, const rtstdb::Database* database,
-                       const DeviceClock& run_clock, modules::EventLog& events)
+                       const DeviceClock& run_clock, modules::EventLog& events, bool firm)
     : plain_(module.plain_module()),
       world_(module.world_module()),
       links_(std::move(links)),
@@ -24,6 +24,7 @@ ModuleTask::ModuleTask(modules::AnyModule& module, Links links, std::int64_t dea
   context_.inputs = inputs_;
   context_.outputs = outputs_;
   context_.events = &events;
+  if (firm) context_.read_class = rtstdb::DeadlineClass::firm;
   std::vector<signals::SignalId> read;
   for (const signals::InputSource& source : links_.inputs)
     read.push_back(source.signal);
@@ -75,6 +76,7 @@ void ModuleTask::step(const executive::TickInfo& tick) noexcept {
   context_.blocked_ns = 0;
   context_.gpu_ns = 0;
   context_.failure = rtstdb::Status::idle;
+  context_.discarded = false;
   context_.hard_miss = {};
   if (world_ != nullptr)
     world_->step(context_);
@@ -88,6 +90,7 @@ void ModuleTask::step(const executive::TickInfo& tick) noexcept {
     if (miss.lateness_ns > worst_hard_miss_.lateness_ns) worst_hard_miss_ = miss;
     ++hard_misses_;
   }
+  discarded_runs_ += context_.discarded ? 1 : 0;
   if (context_.failure == rtstdb::Status::idle) return;
   if (runs_without_result_++ == 0) first_failure_ = context_.failure;
 }

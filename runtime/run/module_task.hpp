@@ -25,9 +25,10 @@ class ModuleTask final : public executive::Task {
     std::vector<signals::SignalId> outputs;    ///< by output port
   };
 
-  /// `database`: null when the run has none.
+  /// `database`: null when the run has none. `firm`: see modules::WorldStep::read_class.
   ModuleTask(modules::AnyModule& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
-             const rtstdb::Database* database, const DeviceClock& run_clock, modules::EventLog& events);
+             const rtstdb::Database* database, const DeviceClock& run_clock, modules::EventLog& events,
+             bool firm = false);
 
   void latch(const executive::TickInfo& tick) noexcept override;
   void queue(const executive::TickInfo& tick) noexcept override;
@@ -48,6 +49,8 @@ class ModuleTask final : public executive::Task {
   std::uint64_t runs_without_result() const noexcept { return runs_without_result_; }
   /// The status of the first such transaction.
   rtstdb::Status first_failure() const noexcept { return first_failure_; }
+  /// The ones among these runs with a firm transaction that missed its deadline or was not admitted.
+  std::uint64_t discarded_runs() const noexcept { return discarded_runs_; }
 
   /// A run with a hard transaction that was late.
   struct HardMiss : modules::WorldStep::HardMiss {
@@ -82,7 +85,7 @@ class ModuleTask final : public executive::Task {
   std::atomic<std::int64_t> added_ns_{0};
   std::int64_t step_added_ns_ = 0;  ///< of the last step
   std::atomic<std::uint64_t> longer_steps_{0};
-  std::uint64_t runs_without_result_ = 0;
+  std::uint64_t runs_without_result_ = 0, discarded_runs_ = 0;
   rtstdb::Status first_failure_ = rtstdb::Status::idle;
   static constexpr std::size_t max_hard_misses = 20;
   std::uint64_t hard_misses_ = 0;

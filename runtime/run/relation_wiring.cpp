@@ -37,6 +37,22 @@ WiredModule* find_relation_task(Wiring& wiring, config::Diagnostics& diagnostics
   return found;
 }
 
+/// A crossing becomes final with a later commit.
+void warn_of_open_crossings(const config::Scenario& scenario, const signals::RelationSignals& relations,
+                            config::Diagnostics& diagnostics) {
+  if (std::ranges::any_of(scenario.tasks, [](const config::TaskSection& section) {
+        return modules::find_module_type(section.type.text)->writes;
+      }))
+    return;
+  for (const expression::Relation& relation : relations.relations) {
+    if (relation.function->kind == expression::RelationKind::crossed_at)
+      diagnostics.warn(relation.first.place,
+                       expression::relation_name(relation) +
+                           " is never known: no task writes to the world, so no crossing "
+                           "becomes final; add a task that moves a body");
+  }
+}
+
 WiredModule& add_relation_task(config::Scenario& scenario, const signals::RelationSignals& relations,
                                Wiring& wiring, config::Diagnostics& diagnostics) {
   const config::Place& place = relations.relations.front().first.place;
@@ -77,6 +93,7 @@ void wire_relations(config::Scenario& scenario, const signals::RelationSignals& 
   wired->links.outputs = relations.signals;
   for (const config::InputLink& input : wired->section->inputs)
     diagnostics.add(input.port.place, "module " + wired->section->module.text + " has no inputs");
+  warn_of_open_crossings(scenario, relations, diagnostics);
   if (relations.relations.empty())
     diagnostics.warn(wired->section->module.place,
                      "no expression reads a relation of bodies, as distance(a, b), so module " +

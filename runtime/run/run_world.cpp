@@ -93,7 +93,7 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context)
     configure(*wired.module, *world_, setup);
     tasks_.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
                                                   wiring_.signals, database_.get(), context_.device_clock,
-                                                  events_));
+                                                  events_, facts.firm));
   }
   if (database_ == nullptr) return;
   fields_.log_built(*database_);
@@ -209,6 +209,7 @@ void RunWorld::add_unanswered_runs(report::RunRecord& record) const {
   for (std::size_t i = 0; i < tasks_.size(); ++i) {
     report::Task& task = record.tasks[i];
     task.without_result = tasks_[i]->runs_without_result();
+    task.discarded = tasks_[i]->discarded_runs();
     const auto recorded = [](const ModuleTask::HardMiss& miss) {
       return report::Miss{miss.tick, miss.cause, miss.lateness_ns};
     };
@@ -220,7 +221,11 @@ void RunWorld::add_unanswered_runs(report::RunRecord& record) const {
     record.realtime.degraded.push_back(
         "task " + task.name + ": " + std::to_string(task.without_result) + " of " +
         std::to_string(task.runs + task.warmup_runs) + " runs had no result of the database (the first: " +
-        rtstdb::to_string(tasks_[i]->first_failure()) + "); their outputs are those of an earlier run");
+        rtstdb::to_string(tasks_[i]->first_failure()) + ")" +
+        (task.discarded == 0 ? ""
+                             : ", " + std::to_string(task.discarded) +
+                                   " of them because a firm transaction was late or not admitted") +
+        "; their outputs are those of an earlier run");
   }
 }
 

@@ -121,6 +121,17 @@ void declare_bus_signals(const Wiring& wiring, BusSignals& signals) {
   }
 }
 
+/// Adds a mistake if transactions of the module can not be firm. `module`: null where it is not made yet.
+void check_firm(const config::TaskSection& section, const modules::ModuleType& type,
+                modules::AnyModule* module, Diagnostics& diagnostics) {
+  const bool has_world = module == nullptr || module->world_module() != nullptr;
+  if (has_world && !type.writes) return;
+  diagnostics.add(*section.firm_at, "'transactions: firm' is for tasks that only read the world; module " +
+                                        section.module.text + " of type " + type.name +
+                                        (type.writes ? " writes to it" : " does not use it") +
+                                        ", so leave the key out");
+}
+
 void declare_modules(WiringState& state) {
   auto& [scenario, wiring, diagnostics, relations, known] = state;
   BusSignals of_buses;
@@ -135,6 +146,7 @@ void declare_modules(WiringState& state) {
       continue;
     }
     wired.module = type->create(section.parameters, task, diagnostics);
+    if (section.firm_at) check_firm(section, *type, wired.module.get(), diagnostics);
     if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");
     } else {
@@ -400,7 +412,8 @@ modules::TaskParameters task_parameters(const config::Scenario& scenario,
           .offset_ns = scenario.base_period_ns * section.offset_ticks,
           .deadline_ns = section.deadline_ns == 0 ? period_ns : section.deadline_ns,
           .seed = scenario.seed,
-          .own_thread = !section.thread.empty()};
+          .own_thread = !section.thread.empty(),
+          .firm = section.firm_at.has_value()};
 }
 
 config::ScenarioTypes scenario_types() {

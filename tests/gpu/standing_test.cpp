@@ -68,6 +68,32 @@ class StandingTest : public DatabaseTest {
   GeometryId box, bar;
 };
 
+/// Stands still.
+class VirtualClock final : public Clock {
+ public:
+  ClockTime now() const noexcept override { return clock_time_ns(1); }
+  bool is_virtual() const noexcept override { return true; }
+};
+
+TEST_F(StandingTest, UnderAVirtualClockEventsAreThereAfterWait) {
+  static const VirtualClock clock;  // outlives the database of the fixture
+  open({.clock = &clock});
+  box = add(make_box({1.0, 1.0, 1.0}));
+  const EntityId body = create(row_of(box, {9.0, 0.0, 0.0}));
+  StandingRegion gate{.region = region_of(RegionShape::box, RegionTest::touching, {}, {1.0f, 1.0f, 1.0f}),
+                      .excluded = {}};
+  Reader reader = watch(gate);
+  std::array<StandingEvent, 8> events;
+  ASSERT_EQ(reader.query->next_events(events), 2u) << "an empty list";
+  for (std::int64_t k = 1; k <= 1000; ++k) {
+    Motion motion;
+    motion.p_world_m.x = k % 2 == 1 ? 0.0 : 9.0;
+    update_motion(body, motion, world_time_ns(k));
+    ASSERT_EQ(reader.query->next_events(events), 1u) << k;
+    EXPECT_EQ(events[0].kind, k % 2 == 1 ? EventKind::enter : EventKind::exit);
+  }
+}
+
 TEST_F(StandingTest, HasTheMembersThatOneShotQueriesFind) {
   box = add(make_box({2.0, 1.0, 1.0}));
   bar = add(make_box({4.0, 0.3, 0.2}));

@@ -85,20 +85,8 @@ struct DatabaseOptions {
   /// shorter than 0.2 ms, or 0.8 ms where the fixed cost of a dispatch exceeds the cost of its elements.
   /// Zero: batches are never split, as under a virtual clock. At most max_option_duration_ns.
   Nanoseconds chunk{1'000'000};
-  /// Largest share of the engine's time that all reservations together may reserve: above 0, at most 1. The
-  /// rest covers costs that were measured too low, and transactions without a reservation.
-  double max_reserved_share = 0.8;
-  /// Longest time that a waiting thread polls before it sleeps: in wait for an outcome, and in the engine
-  /// thread for work. Polling avoids a wake-up, which can take longer than a small transaction. A thread does
-  /// not poll where it does not pay: on a single processor, or under real-time scheduling (the priority of a
-  /// thread in wait is checked every 10 ms). Zero: never poll. At most max_option_duration_ns.
-  Nanoseconds spin{30'000};
   /// Clock of deadlines and costs; null: CLOCK_MONOTONIC. Must outlive the database.
   const Clock* clock = nullptr;
-  /// Capacity, in row changes, of the queue from commits to the thread that evaluates standing queries;
-  /// allocated with the first standing query. When the queue is full, that thread skips versions and compares
-  /// with a later one; events found by that comparison have EventCause::gap. 1 to max_retained_changes.
-  std::uint32_t standing_queue_capacity = 1u << 14;
   /// SCHED_FIFO priority of the database's threads: 1 to 99; 0: ordinary scheduling. The driver's threads,
   /// which compute on a software device, get a priority lower by two, at least 1. If the operating system
   /// refuses the priority, Health::degraded says so.
@@ -274,9 +262,10 @@ class Database {
   virtual Result<void> calibrate(Transaction& transaction) = 0;
 
   /// Reserves engine time for the transactions that name the reservation (reservation.hpp), until it is
-  /// destroyed. Calibrate expensive transactions first: the test of feasibility counts the longest piece of
-  /// work that cannot be preempted, as measured so far (a chunk with the largest build of acceleration
-  /// structures, or a commit of as many rows).
+  /// destroyed. All reservations together reserve less than max_reserved_share of it. Calibrate expensive
+  /// transactions first: the test of feasibility counts the longest piece of work that cannot be preempted,
+  /// as measured so far (a chunk with the largest build of acceleration structures, or a commit of as many
+  /// rows).
   /// Errors: bad_input for options outside their range; capacity, with the sums, if the reservation is not
   /// feasible beside the existing ones, if max_reservations exist, and if DatabaseOptions::chunk is zero,
   /// since then the longest piece has no bound.
@@ -287,7 +276,11 @@ class Database {
   /// idle nor pending. Misuse: a transaction that was not begun since its last outcome, or of another
   /// database.
   virtual void submit(Transaction& transaction) noexcept = 0;
-  /// Blocks until a submitted transaction has its outcome. One thread at a time for each transaction.
+  /// Blocks until a submitted transaction has its outcome. One thread at a time for each transaction. The
+  /// thread polls for 30 us before it sleeps, unless the process has one processor, the thread has a
+  /// real-time policy (checked every 10 ms), or DatabaseOptions::thread_priority is set. Under a virtual
+  /// clock it also waits until standing queries have been evaluated for the version of a completed
+  /// transaction.
   virtual const Outcome& wait(Transaction& transaction) noexcept = 0;
   /// submit and wait.
   const Outcome& execute(Transaction& transaction) noexcept {

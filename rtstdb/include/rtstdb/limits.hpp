@@ -92,6 +92,9 @@ inline constexpr std::uint32_t field_cells_per_brick = 5;
 inline constexpr std::uint32_t field_sign_rays = 64;
 inline constexpr double field_inside_ratio = 0.75;
 inline constexpr std::uint32_t max_standing_events = 1u << 22;
+/// Row changes in the queue from commits to the thread that evaluates standing queries. When it is full, that
+/// thread skips versions (EventCause::gap).
+inline constexpr std::uint32_t standing_queue_capacity = 1u << 14;
 inline constexpr std::uint32_t max_queue_capacity = 1u << 16;
 inline constexpr std::uint32_t max_retained_changes = 1u << 26;
 /// Limits of positions, mesh coordinates, extents and velocities, beyond which input is refused. Single
@@ -115,9 +118,12 @@ inline constexpr std::int64_t max_query_window_ns = 1'000'000'000;
 inline constexpr std::int64_t max_world_time_ns = (std::int64_t{1} << 62) - 1;
 inline constexpr std::uint8_t max_importance = 7;  ///< Terms::importance
 inline constexpr std::size_t max_reservations = 32;
+/// Share of the engine's time below which all reservations together stay. The rest covers costs that were
+/// measured too low, and transactions without a reservation.
+inline constexpr double max_reserved_share = 0.8;
 /// Limit of the period and the deadline of a reservation: one hour.
 inline constexpr std::int64_t max_reservation_period_ns = 3'600'000'000'000;
-/// Limit of DatabaseOptions::chunk and spin, and of DurabilityOptions::flush_interval: one hour.
+/// Limit of DatabaseOptions::chunk, and of DurabilityOptions::flush_interval: one hour.
 inline constexpr std::int64_t max_option_duration_ns = 3'600'000'000'000;
 
 }  // namespace rtstdb

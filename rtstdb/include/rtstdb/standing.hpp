@@ -13,6 +13,10 @@
 //              calls next_events, which is made for the tick; any thread may call progress, status and lost.
 //              A thread of the database with ordinary priority, the follower, finds the events; the engine
 //              only copies written rows for it.
+//   virtual    Under a virtual clock (Clock::is_virtual) Database::wait returns after the follower has
+//   clock      evaluated the transaction's version. The events are then a function of the commits, if one
+//              thread at a time commits and fetches events. A list of members after lost events comes with
+//              the next version.
 //   lifetime   The destructor of a standing query ends it. It must not outlive its Database.
 
 #include <cstddef>
@@ -75,7 +79,9 @@ enum class EventCause : std::uint8_t {
   /// A write of `version`, at its time: the entity or the carrier was created, moved, removed or otherwise
   /// changed.
   write,
-  gap,   ///< a write of one of several versions that the follower skipped; found at `version`
+  /// A write of one of several versions that the follower skipped, because its queue was full
+  /// (standing_queue_capacity); found at `version`.
+  gap,
   list,  ///< of reset, present and complete: membership did not change
 };
 

@@ -88,6 +88,7 @@ struct TaskParameters {
   /// The step runs on a task thread: its outputs become visible at the deadline, and it reads the version of
   /// the release (WorldStep::version), whatever is committed while it runs.
   bool own_thread = false;
+  bool firm = false;  ///< see WorldStep::read_class
   /// From the release until the outputs of the step are visible.
   std::int64_t visible_after_ns() const noexcept { return own_thread ? deadline_ns : 0; }
   /// By input name; filled in only for create().
@@ -144,6 +145,8 @@ struct ModuleType {
   std::string name;
   std::string about;          ///< one sentence for the documentation
   config::Schema parameters;  ///< a record
+  /// Its modules write to the world, so that their transactions can not be firm.
+  bool writes = false;
   /// Adds a mistake, with its place, for each parameter that the schema permits but the module, or its task,
   /// does not. Returns null with mistakes when the ports are not known.
   std::unique_ptr<AnyModule> (*create)(const config::Value& parameters, const TaskParameters& task,

@@ -177,7 +177,7 @@ void CameraModule::step(WorldStep& context) noexcept {
 }
 
 void CameraModule::take_image(WorldStep& context) noexcept {
-  const rtstdb::Terms terms{.deadline_class = rtstdb::DeadlineClass::soft,
+  const rtstdb::Terms terms{.deadline_class = context.read_class,
                             .deadline = context.deadline,
                             .importance = 1,
                             .world_time = {},

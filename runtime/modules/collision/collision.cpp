@@ -84,7 +84,7 @@ class Collision final : public WorldModule {
   }
 
   void step(WorldStep& context) noexcept override {
-    transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+    transaction_->begin({.deadline_class = context.read_class,
                          .deadline = context.deadline,
                          .importance = rtstdb::max_importance,
                          .world_time = {},

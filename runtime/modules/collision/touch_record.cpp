@@ -31,7 +31,7 @@ void TouchRecord::note(WorldStep& context, const rtstdb::ContactPair& pair) noex
     ++not_listed_;
     return;
   }
-  poses_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+  poses_->begin({.deadline_class = context.read_class,
                  .deadline = context.deadline,
                  .importance = rtstdb::max_importance,
                  .world_time = {},

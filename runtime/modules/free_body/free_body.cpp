@@ -382,6 +382,7 @@ ModuleType free_body_type() {
               Field::with_default("angle_error", Schema::quantity(Quantity::angle_rad, 1e-9, 3.0), "0.1 mrad",
                                   "The largest angle between the row's attitude and the body's."),
           }),
+          .writes = true,
           .create = create_free_body};
 }
 

@@ -283,7 +283,7 @@ void LaserScanner::step(WorldStep& context) noexcept {
   if (clock_.advance(context.time_ns, context.period_ns)) sweep_version_ = context.version;
   fill_beams();
   rtstdb::Terms terms{
-      .deadline_class = rtstdb::DeadlineClass::soft,
+      .deadline_class = context.read_class,
       .deadline = context.deadline,
       .importance = 1,
       .world_time = {},

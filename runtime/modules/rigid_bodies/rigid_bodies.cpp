@@ -261,6 +261,7 @@ ModuleType rigid_bodies_type() {
   return {.name = "rigid_bodies",
           .about = "Rigid bodies that touch: gravity, forces and torques, and contacts with friction.",
           .parameters = rigid_bodies_schema(),
+          .writes = true,
           .create = [](const config::Value& parameters, const TaskParameters& task,
                        config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
             auto options = read_rigid_bodies(parameters, diagnostics);

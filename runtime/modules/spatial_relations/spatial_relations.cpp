@@ -2,7 +2,8 @@
 //
 // Where a search is undecided, a distance is published if its bounds differ by at most 1 cm, a contact is
 // false if the lower bound is above 0, and the output is unknown otherwise. Each is unknown before the first
-// step.
+// step. The instant of a crossing is unknown while the body is on the other side of the region's border than
+// the last crossing that is final says.
 
 #include <glm/gtc/quaternion.hpp>
 
@@ -14,10 +15,11 @@
 #include <utility>
 #include <vector>
 
-#include <hil/world/relation.hpp>
-#include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
+#include <hil/world/relation.hpp>
+#include <hil/world/world_module.hpp>
+#include "runtime/modules/region_crossings.hpp"
 #include "runtime/modules/time_to_impact.hpp"
 
 namespace hil::modules {
@@ -72,10 +74,14 @@ struct Impact {
   std::size_t output = 0;
   std::optional<TimeToImpact> time{};  ///< after configure
 };
+/// A body and a region, and their outputs.
 struct BodyInRegion {
   std::string body;
   config::WorldRegion region;
-  std::size_t output = 0;
+  std::optional<std::size_t> inside{}, crossed_at{};
+  std::optional<RegionCrossings> crossings{};  ///< after configure, where an output needs them
+  bool is_member = false;                      ///< by the crossings that are final
+  double crossed_at_s = unknown;               ///< the last of them
 };
 struct BodyInBeam {
   std::string body;
@@ -100,15 +106,17 @@ class SpatialRelations final : public WorldModule {
     if (!impacts_.empty()) prepare_impacts(world, caller, task.instance + " impacts");
     for (Impact& impact : impacts_)
       impact.time.emplace(setup.events, impact.first + " and " + impact.second);
-    if (!regions_.empty()) prepare_regions(world, caller, task.instance);
+    if (!regions_.empty()) prepare_regions(world, caller, task.instance, setup.events);
     if (!beams_.empty()) prepare_beams(world, caller, task.instance);
     transaction_ = database_->make_transaction({.max_queries = 4});
   }
 
   void step(WorldStep& context) noexcept override {
     if (ports_.outputs.empty()) return;
+    for (std::size_t i = 0; i < regions_.size(); ++i)
+      if (regions_[i].crossings) take_crossings(context, regions_[i], bodies_in_regions_[i]);
     const rtstdb::WorldTime now = context.world_time();
-    transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+    transaction_->begin({.deadline_class = context.read_class,
                          .deadline = context.deadline,
                          .importance = rtstdb::max_importance,
                          .world_time = {},
@@ -166,10 +174,12 @@ class SpatialRelations final : public WorldModule {
                             .output = output});
         return;
       case RelationKind::inside:
+      case RelationKind::crossed_at:
         ports_.bodies.push_back(relation.first);
         if (const auto region = volume_named(relation.second, relations.regions, "region", diagnostics)) {
           if (region->carrier) add_carrier(*region->carrier, relation.first, "region", diagnostics);
-          regions_.push_back({.body = first, .region = *region, .output = output});
+          BodyInRegion& body = body_in_region(first, *region);
+          (relation.function->kind == RelationKind::inside ? body.inside : body.crossed_at) = output;
         }
         return;
       case RelationKind::sees:
@@ -197,6 +207,13 @@ class SpatialRelations final : public WorldModule {
     }
     pairs_.push_back({.first = first, .second = second, .distances = {}, .contacts = {}});
     return pairs_.back();
+  }
+
+  BodyInRegion& body_in_region(const std::string& body, const config::WorldRegion& region) {
+    for (BodyInRegion& known : regions_)
+      if (known.body == body && known.region.name.text == region.name.text) return known;
+    regions_.push_back({.body = body, .region = region});
+    return regions_.back();
   }
 
   template <class Options>
@@ -246,7 +263,7 @@ class SpatialRelations final : public WorldModule {
     std::ranges::copy(searches, impact_query_->searches().begin());
   }
 
-  void prepare_regions(World& world, const std::string& caller, const std::string& name) {
+  void prepare_regions(World& world, const std::string& caller, const std::string& name, EventLog& events) {
     region_query_ =
         prepared(rtstdb::RegionQueryOptions{.name = name,
                                             .capacity = static_cast<std::uint32_t>(regions_.size()),
@@ -262,6 +279,8 @@ class SpatialRelations final : public WorldModule {
       region.q = glm::quat(glm::angleAxis(from.heading_rad, glm::dvec3(0.0, 0.0, 1.0)));
       if (from.carrier) region.carrier = world.entity_of(from.carrier->text, caller);
       bodies_in_regions_.push_back(world.entity_of(regions_[i].body, caller));
+      if (regions_[i].crossed_at)
+        regions_[i].crossings.emplace(*database_, region, "region " + from.name.text, caller, events);
     }
   }
 
@@ -303,6 +322,20 @@ class SpatialRelations final : public WorldModule {
           impacts_[i].time->take(context, std::as_const(*impact_query_).answers()[i], impacts_[i].window);
   }
 
+  static void take_crossings(const WorldStep& context, BodyInRegion& region,
+                             rtstdb::EntityId body) noexcept {
+    region.crossings->take(context, [&](const rtstdb::StandingEvent& event) {
+      if (event.kind == rtstdb::EventKind::reset) {
+        region.is_member = false;
+        region.crossed_at_s = unknown;
+      }
+      if (event.entity != body) return;
+      region.is_member = event.kind != rtstdb::EventKind::exit;
+      if (event.kind != rtstdb::EventKind::present)
+        region.crossed_at_s = static_cast<double>(event.time.time_since_epoch().count()) * 1e-9;
+    });
+  }
+
   void take_regions(WorldStep& context) noexcept {
     for (std::size_t i = 0; i < regions_.size(); ++i) {
       const rtstdb::RegionAnswer& answer = std::as_const(*region_query_).answers()[i];
@@ -310,7 +343,13 @@ class SpatialRelations final : public WorldModule {
       for (const rtstdb::EntityId& entity : answer.entities)
         is_inside |= entity == bodies_in_regions_[i];
       const bool is_known = is_inside || (!answer.overflow && !answer.incomplete);
-      context.outputs[regions_[i].output] = !is_known ? unknown : is_inside ? 1.0 : 0.0;
+      const BodyInRegion& region = regions_[i];
+      if (region.inside) context.outputs[*region.inside] = !is_known ? unknown : is_inside ? 1.0 : 0.0;
+      if (!region.crossed_at) continue;
+      const bool is_final =
+          region.crossings->is_complete(context) || (is_known && is_inside == region.is_member);
+      context.outputs[*region.crossed_at] =
+          is_final && region.crossings->is_known() ? region.crossed_at_s : unknown;
     }
   }
 
@@ -360,7 +399,7 @@ ModuleType spatial_relations_type() {
             if (diagnostics.count() != before) return nullptr;
             return module;
           },
-          .computes = {"distance", "contact", "time_to_impact", "inside", "sees"}};
+          .computes = {"distance", "contact", "time_to_impact", "inside", "crossed_at", "sees"}};
 }
 
 }  // namespace hil::modules

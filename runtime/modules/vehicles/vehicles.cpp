@@ -426,6 +426,7 @@ ModuleType vehicles_type() {
                               "The layer of the vehicles, one of world.layers when any are listed there."),
           Field::needed("vehicles", Schema::map(vehicle_schema()), "The vehicles by name."),
       }),
+      .writes = true,
       .create = [](const config::Value& parameters, const TaskParameters& /*task*/,
                    config::Diagnostics& diagnostics) -> std::unique_ptr<AnyModule> {
         return std::make_unique<Vehicles>(parameters, diagnostics);

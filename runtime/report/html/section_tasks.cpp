@@ -26,6 +26,8 @@ std::string counts_of(const Task& task) {
   if (task.warmup_problems > 0) text += ", " + count_text(task.warmup_problems) + " of these in the warm-up";
   if (task.without_result > 0)
     text += ", " + count_text(task.without_result) + " runs without a result of the database";
+  if (task.discarded > 0)
+    text += " (" + count_text(task.discarded) + " because a firm transaction was late or not admitted)";
   if (task.hard_misses > 0)
     text += ", " + count_text(task.hard_misses) +
             " runs with a hard transaction after its deadline, at most " +

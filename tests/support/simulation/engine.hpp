@@ -179,7 +179,6 @@ inline EngineOptions engine_options(std::uint32_t queue_capacity = 64, std::uint
           queue_capacity,
           Nanoseconds(1'000'000),
           0,
-          0.8,
           Nanoseconds(0)};
 }
 

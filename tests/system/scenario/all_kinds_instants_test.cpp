@@ -112,6 +112,7 @@ const std::map<std::string, Spans> spans_by_time_and_condition{
     {"fault urgent", {{702, 802}}},
     {"fault inside", {{202, 602}}},
     {"fault seen", {{152, 1352}}},
+    {"fault crossed", {{602, run_end}}},
 };
 
 std::map<std::string, Spans> spans_of(const Json& report) {

@@ -103,6 +103,53 @@ TEST(BySpace, FaultsBeginAndEndAtTheirInstants) {
   EXPECT_TRUE(instants_of(report, "fault near ends").empty());
 }
 
+/// Crossings between ticks. A dart of 1 m flies through a loop of 2 m at 400 m/s; an accelerating car commits
+/// in each tick.
+constexpr const char* crossings_scenario = R"(
+scenario: crossings
+clock: virtual
+base_rate: 1 kHz
+duration: 200 ms
+world:
+  layers: [vehicle, dart, static]
+  entities:
+    - {name: dart, shape: {box: [1 m, 1 m, 1 m]}, position: [-21.7 m, 0 m, 0 m],
+       velocity: [400 m/s, 0 m/s, 0 m/s], mask: [dart]}
+  regions: [{name: gate, center: [0 m, 0 m, 0 m], size: [2 m, 4 m, 4 m]}]
+tasks:
+  - module: traffic
+    type: vehicles
+    rate: 1 kHz
+    parameters: {vehicles: {car: {position: [0 m, 90 m], speed: 1 m/s, desired_speed: 50 m/s}}}
+  - module: loops
+    type: detectors
+    rate: 50 Hz
+    parameters: {layers: [dart], loops: {gate: {center: [0 m, 0 m, 0 m], size: [2 m, 4 m, 4 m]}}}
+variables:
+  stay: loops.gate.left_at - loops.gate.entered_at
+expectations:
+  - {name: no tick sees it over the loop, always: loops.gate == 0, coverage: 100 %}
+  - {name: it came, always: abs(loops.gate.entered_at - 50.5 ms) < 1 us, between: [61 ms, 199 ms]}
+  - {name: it stayed, always: abs(stay - 7.5 ms) < 1 us, between: [61 ms, 199 ms]}
+  - {name: it is counted, count: {of: known(loops.gate.entered_at), min: 1, max: 1}}
+  - {name: first the rear, always: 'abs(crossed_at(dart, gate) - 50.5 ms) < 1 us', between: [52 ms, 57 ms]}
+  - {name: then the front, always: 'abs(crossed_at(dart, gate) - 58 ms) < 1 us', between: [60 ms, 199 ms]}
+)";
+
+TEST(BySpace, CrossingsBetweenTicksHaveTheirInstantsAndAreCounted) {
+  const ScenarioFolder scenario(crossings_scenario);
+  const Ended ended = scenario.run("out");
+  ASSERT_EQ(ended.code, 0) << ended.output << ended.errors;
+  const auto report = read_report(scenario.folder / "out");
+  const auto& rows = report["sections"][0]["tables"][0]["rows"];
+  ASSERT_EQ(rows.size(), 1u) << report["sections"];
+  EXPECT_EQ(rows[0][0]["text"], "gate");
+  EXPECT_EQ(rows[0][1]["number"], 1.0);
+  EXPECT_EQ(rows[0][2]["number"], 1.0);
+  ASSERT_EQ(scenario.run("again").code, 0);
+  EXPECT_EQ(read_text(scenario.folder / "out/signals.csv"), read_text(scenario.folder / "again/signals.csv"));
+}
+
 /// Two cars, which consist of two convex parts each, and which pass one another before the crossing.
 constexpr const char* cars_scenario = R"(
 scenario: two cars

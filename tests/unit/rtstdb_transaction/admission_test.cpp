@@ -58,6 +58,25 @@ TEST_F(Admission, CountsTheRemainingTimeOfTheRunningTransaction) {
   EXPECT_LE(refused.earliest_feasible, refused.submitted + 19400us);
 }
 
+/// A query that is always stopped at its deadline never completes. Its cost is known by what it answers until
+/// then.
+TEST_F(Admission, RefusesAQueryThatNeverFits) {
+  SimulatedQuery never{20'000, 0, query::CostClass::cone};
+  int missed = 0, refused = 0;
+  for (std::uint64_t k = 0; k < 2 * scheduler::CostModel::min_samples; ++k) {
+    const Outcome outcome = world_.execute(begin_query(*transaction_, never, firm(5ms), 20'000));
+    EXPECT_FALSE(outcome.done());
+    missed += outcome.status == Status::missed ? 1 : 0;
+    refused += outcome.status == Status::refused ? 1 : 0;
+    if (outcome.status != Status::refused) continue;
+    EXPECT_GE(outcome.earliest_feasible, outcome.submitted + 19ms);
+    EXPECT_LE(outcome.earliest_feasible, outcome.submitted + 25ms);
+  }
+  EXPECT_EQ(missed, 17) << "until there are enough measurements, and once after 15 refusals";
+  EXPECT_EQ(refused, 15);
+  EXPECT_EQ(world_.execute(begin_query(*transaction_, never, firm(30ms), 20'000)).status, Status::committed);
+}
+
 /// Elements cost `factor` times as much as before. Firm transactions at the deadline that a refusal names are
 /// missed at a preemption point, so that no run completes until the cost model has been updated.
 TEST_F(Admission, AdaptsToMissedTransactions) {

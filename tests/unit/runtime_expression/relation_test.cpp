@@ -27,9 +27,13 @@ config::Expression parsed(const std::string& written) {
 /// A world in which a distance is 4 m, a time to impact 1.5 s, and all else true.
 Names world() {
   Names names;
-  names.all = {{"distance(ego, rock)", "m", 4.0},       {"contact(ego, rock)", "", 1.0},
-               {"time_to_impact(ego, rock)", "s", 1.5}, {"time_to_impact(ego, rock, 2 s)", "s", 1.5},
-               {"inside(ego, gate)", "", 1.0},          {"gap", "m", 7.0}};
+  names.all = {{"distance(ego, rock)", "m", 4.0},
+               {"contact(ego, rock)", "", 1.0},
+               {"time_to_impact(ego, rock)", "s", 1.5},
+               {"time_to_impact(ego, rock, 2 s)", "s", 1.5},
+               {"inside(ego, gate)", "", 1.0},
+               {"crossed_at(ego, gate)", "s", 2.5},
+               {"gap", "m", 7.0}};
   return names;
 }
 
@@ -53,6 +57,7 @@ TEST(Relations, AreValuesWithUnitsAndTruths) {
   EXPECT_EQ(value("distance(ego, rock) < 5 m and contact(ego, rock)", {.truth = true}), 1.0);
   EXPECT_EQ(value("not contact(ego, rock)", {.truth = true}), 0.0);
   EXPECT_EQ(value("inside(ego, gate)", {.truth = true}), 1.0);
+  EXPECT_EQ(value("crossed_at(ego, gate) - 500 ms", {.unit = "ms"}), 2000.0);
   EXPECT_EQ(value("min(distance(ego, rock), gap) / time_to_impact(ego, rock)", {.unit = "m/s"}), 4.0 / 1.5);
   EXPECT_EQ(value("time_to_impact(ego, rock, 2000 ms) < 2 s", {.truth = true}), 1.0);
 }

@@ -57,6 +57,7 @@ std::vector<Task> tasks() {
   traffic.skipped = 1;
   traffic.over_budget = 3;
   traffic.without_result = 6;
+  traffic.discarded = 4;
   traffic.hard_misses = 2;
   traffic.first_hard_misses = {{40, "own work", 12'000}, {512, "waited for other transactions", 400'000}};
   traffic.worst_hard_miss = traffic.first_hard_misses.back();

@@ -254,6 +254,33 @@ TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
   EXPECT_EQ(task_.first_failure(), rtstdb::Status::bad_input);
 }
 
+/// A firm transaction that is late has no result, so its run counts among those without one.
+TEST_F(ModuleTasks, CountRunsThatAFirmTransactionDiscards) {
+  ModuleTask task(module_, {.inputs = {{}, {}}, .outputs = {out_, untouched_}}, 5 * ms, table_, &database_,
+                  clock_, events_, true);
+  module_.queried = &database_;
+  rtstdb::Outcome& outcome = database_.outcome;
+  outcome.deadline_class = rtstdb::DeadlineClass::firm;
+  outcome.status = rtstdb::Status::committed;
+  task.step({});
+  EXPECT_EQ(module_.seen.read_class, rtstdb::DeadlineClass::firm);
+  EXPECT_EQ(task.discarded_runs(), 0U);
+  outcome.status = rtstdb::Status::missed;
+  task.step({});
+  outcome.status = rtstdb::Status::refused;
+  outcome.refused_by = rtstdb::RefusedBy::admission;
+  task.step({});
+  EXPECT_EQ(task.discarded_runs(), 2U);
+  outcome.refused_by = rtstdb::RefusedBy::none;
+  outcome.status = rtstdb::Status::device_lost;
+  task.step({});
+  EXPECT_EQ(task.discarded_runs(), 2U) << "it was not its deadline";
+  EXPECT_EQ(task.runs_without_result(), 3U);
+  EXPECT_EQ(task.first_failure(), rtstdb::Status::missed);
+  task_.step({});
+  EXPECT_EQ(module_.seen.read_class, rtstdb::DeadlineClass::soft) << "without the key";
+}
+
 TEST_F(ModuleTasks, CountRunsWithALateHardTransaction) {
   module_.queried = &database_;
   rtstdb::Outcome& outcome = database_.outcome;
@@ -385,6 +412,26 @@ TEST_F(ModuleTasks, PassOnTheTimesThatTheModuleMeasured) {
   task_.step({});
   EXPECT_EQ(task_.last_blocked_ns(), 11);
   EXPECT_EQ(task_.last_gpu_ns(), 5);
+}
+
+TEST_F(ModuleTasks, WaitForATransactionUntilItEnds) {
+  module_.queried = &database_;
+  rtstdb::Outcome& outcome = database_.outcome;
+  clock_.set_origin(1'000 * ms);
+  const executive::TickInfo tick{.tick = 20, .time_ns = 20 * ms, .period_ns = 10 * ms, .run = 2};
+  const auto blocked = [&](rtstdb::Status status) {
+    outcome.status = status;
+    task_.latch(tick);
+    task_.step(tick);
+    return task_.last_blocked_ns() - 11;
+  };
+  outcome.submitted = rtstdb::clock_time_ns(1'021 * ms);
+  outcome.published = rtstdb::clock_time_ns(1'024 * ms);
+  EXPECT_EQ(blocked(rtstdb::Status::committed), 3 * ms);
+  outcome.published = {};
+  outcome.lateness = rtstdb::Nanoseconds(2 * ms);
+  EXPECT_EQ(blocked(rtstdb::Status::missed), 6 * ms) << "the deadline is at 1025 ms";
+  EXPECT_EQ(blocked(rtstdb::Status::refused), 0);
 }
 
 }  // namespace

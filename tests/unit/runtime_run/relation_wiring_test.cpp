@@ -82,6 +82,56 @@ TEST_F(RelationWiring, InputsAndPlotsNameThem) {
       << "a reader may look it up as it is written";
 }
 
+TEST_F(RelationWiring, AnInstantIsASignalOfSeconds) {
+  const std::string text = changed("inside(cart, gate)", "crossed_at(cart, gate) > 5 s", two_boxes);
+  const auto wiring = wired(text);
+  ASSERT_TRUE(wiring) << diagnostics_.to_text();
+  const auto signal = wiring->signals.find("crossed_at(cart, gate)");
+  ASSERT_TRUE(signal);
+  EXPECT_EQ(wiring->signals.info(*signal).unit, "s");
+  EXPECT_NE(
+      diagnostics_.to_text().find("15:60: warning: crossed_at(cart, gate) is never known: no task writes"),
+      std::string::npos)
+      << diagnostics_.to_text();
+  ASSERT_TRUE(
+      wired(changed("tasks:\n",
+                    "tasks:\n  - {module: fly, type: free_body, rate: 1 kHz, parameters: {body: cart, "
+                    "mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2]}}\n",
+                    text)))
+      << diagnostics_.to_text();
+  EXPECT_EQ(diagnostics_.to_text().find("never known"), std::string::npos) << diagnostics_.to_text();
+  EXPECT_NE(mistakes("inside(cart, gate)", "crossed_at(cart, gate)").find("15:"), std::string::npos)
+      << "an instant is no condition";
+  EXPECT_EQ(mistakes("inside(cart, gate)", "crossed_at(cart, gait) > 5 s"),
+            "15:66: there is no region 'gait' in world.regions; did you mean 'gate'?\n");
+}
+
+TEST_F(RelationWiring, FirmTransactionsNeedATaskThatOnlyReads) {
+  const auto with = [](const std::string& task) {
+    return changed("tasks:\n", "tasks:\n  - {module: m, rate: 1 kHz, transactions: firm, " + task + "}\n",
+                   two_boxes);
+  };
+  ASSERT_TRUE(wired(with("type: spatial_relations"))) << diagnostics_.to_text();
+  EXPECT_TRUE(scenario_->tasks[0].firm_at.has_value());
+  EXPECT_TRUE(task_parameters(*scenario_, scenario_->tasks[0]).firm);
+  EXPECT_FALSE(task_parameters(*scenario_, scenario_->tasks[1]).firm);
+  ASSERT_TRUE(wired(changed("firm", "soft", with("type: spatial_relations"))));
+  EXPECT_FALSE(scenario_->tasks[0].firm_at.has_value());
+  const auto refusal = [&](const std::string& task) {
+    EXPECT_FALSE(wired(with(task))) << task;
+    const std::string text = diagnostics_.to_text();
+    const std::size_t at = text.find("scenario.yaml:");
+    return at == std::string::npos ? text : text.substr(at + std::string("scenario.yaml:").size());
+  };
+  EXPECT_EQ(
+      refusal("type: free_body, parameters: {body: cart, mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2]}"),
+      "11:44: 'transactions: firm' is for tasks that only read the world; module m of type free_body "
+      "writes to it, so leave the key out\n");
+  EXPECT_EQ(refusal("type: block, parameters: {outputs: {y: 1}}"),
+            "11:44: 'transactions: firm' is for tasks that only read the world; module m of type block does "
+            "not use it, so leave the key out\n");
+}
+
 TEST_F(RelationWiring, WithoutRelationsNoTaskIsAdded) {
   const std::string text = changed("  - {name: free, never: \"contact(rock, cart) or inside(cart, gate)\"}\n",
                                    "  - {name: free, never: plant.y > 1 m}\n",

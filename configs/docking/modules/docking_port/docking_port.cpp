@@ -149,7 +149,7 @@ void DockingPort::configure(World& world, const Setup& setup) {
 }
 
 void DockingPort::step(WorldStep& context) noexcept {
-  transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+  transaction_->begin({.deadline_class = context.read_class,
                        .deadline = context.deadline,
                        .importance = rtstdb::max_importance,
                        .world_time = {},

@@ -232,7 +232,7 @@ void PixelStudy::step(WorldStep& context) noexcept {
         std::min<std::uint64_t>(options_.batch, work_->elements() - next_element_));
     BeamQuery& query = this->query();
     fill(query, count, context.world_time());
-    transaction_->begin({.deadline_class = rtstdb::DeadlineClass::soft,
+    transaction_->begin({.deadline_class = context.read_class,
                          .deadline = context.deadline,
                          .importance = 0,
                          .world_time = {},

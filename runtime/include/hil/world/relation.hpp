@@ -36,7 +36,7 @@ struct WorldBeam {
 
 namespace hil::expression {
 
-enum class RelationKind : unsigned char { distance, contact, time_to_impact, inside, sees };
+enum class RelationKind : unsigned char { distance, contact, time_to_impact, inside, crossed_at, sees };
 
 struct RelationFunction {
   RelationKind kind{};

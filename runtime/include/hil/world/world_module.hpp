@@ -52,16 +52,21 @@ struct WorldPorts : Ports {
 struct WorldStep : StepContext {
   /// The release's deadline on the database's clock: for the terms of transactions.
   rtstdb::ClockTime deadline{};
+  /// For the terms of transactions that only read. soft: a late result is used; firm: it is discarded.
+  rtstdb::DeadlineClass read_class = rtstdb::DeadlineClass::soft;
   /// The world's latest version at the release.
   rtstdb::Version version = 0;
 
   rtstdb::WorldTime world_time() const noexcept { return rtstdb::world_time_ns(time_ns); }
-  /// Executes the transaction, and adds the time that the step waits for it to blocked_ns.
+  /// Executes the transaction, whose deadline is that of the release, and adds the time that the step waits
+  /// for it to blocked_ns. Of a transaction that failed only a missed deadline has such a time.
   const rtstdb::Outcome& execute(rtstdb::Database& database, rtstdb::Transaction& transaction) noexcept;
 
   std::int64_t gpu_ns = 0;
   /// The status of the first transaction of this step that failed; idle: none failed.
   rtstdb::Status failure = rtstdb::Status::idle;
+  /// A firm transaction of this step missed its deadline, or admission refused it.
+  bool discarded = false;
   /// Of this step's hard transactions that were late, the latest one.
   struct HardMiss {
     std::int64_t lateness_ns = 0;  ///< 0: there is none
