@@ -113,8 +113,8 @@ void list_plugins() {
     for (const std::filesystem::path& file : files) {
       std::string fault;
       const auto plugin = plugins::read_plugin(file, fault);
-      line("plug-in", plugin ? plugin->name + " " + plugin->version + ": " + plugin->path + ", " + plugin->hash
-                             : fault);
+      line("plug-in",
+           plugin ? plugin->name + " " + plugin->version + ": " + plugin->path + ", " + plugin->hash : fault);
     }
   }
 }

@@ -12,9 +12,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/schema.hpp>
+
 #include "runtime/config/expression.hpp"
 #include "runtime/config/fault_section.hpp"
-#include <hil/schema.hpp>
 
 namespace hil::config {
 

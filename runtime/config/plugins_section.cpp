@@ -26,7 +26,8 @@ void TypesWithPlugins::add_plugins(const TreeNode& document, Diagnostics& diagno
       diagnostics.add(place, fault);
       continue;
     }
-    if (std::ranges::find(plugins, loaded->plugin.path, &plugins::PluginIdentity::path) != plugins.end()) continue;
+    if (std::ranges::find(plugins, loaded->plugin.path, &plugins::PluginIdentity::path) != plugins.end())
+      continue;
     plugins.push_back(std::move(loaded->plugin));
     types.modules.merge(loaded->modules);
   }

@@ -21,13 +21,13 @@
 #include <hil/schema.hpp>
 #include <hil/world/relation.hpp>
 
-#include "runtime/contract/plugin_identity.hpp"
 #include "runtime/config/bus_section.hpp"
 #include "runtime/config/expectation_section.hpp"
 #include "runtime/config/expression.hpp"
 #include "runtime/config/fault_section.hpp"
 #include "runtime/config/optics_section.hpp"
 #include "runtime/config/stimulus_section.hpp"
+#include "runtime/contract/plugin_identity.hpp"
 
 namespace hil::config {
 

@@ -1,7 +1,6 @@
-#include <hil/world/beam_query.hpp>
-
 #include <utility>
 
+#include <hil/world/beam_query.hpp>
 #include <rtstdb/limits.hpp>
 
 namespace hil::modules {

@@ -1,11 +1,10 @@
-#include <hil/world/receiver.hpp>
-
 #include <glm/geometric.hpp>
 
 #include <algorithm>
 #include <cmath>
 
 #include <hil/splitmix64.hpp>
+#include <hil/world/receiver.hpp>
 
 namespace hil::modules {
 namespace {

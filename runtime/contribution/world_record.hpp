@@ -34,7 +34,7 @@ struct FieldRecord {
 struct WorldRecord {
   std::string scenario;
   std::string database_id;  ///< of the log that the names belong to, in hexadecimal; empty: there is no log
-  std::int64_t period_ns = 0;       ///< of the base rate
+  std::int64_t period_ns = 0;  ///< of the base rate
   std::vector<plugins::PluginIdentity> plugins;
   std::vector<std::string> layers;  ///< by bit of the masks
   std::vector<NamedEntity> entities;

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
+#include <hil/world/beam_query.hpp>
 #include <rtstdb/database.hpp>
 
 #include "runtime/history/run_history.hpp"
-#include <hil/world/beam_query.hpp>
 #include "runtime/modules/still_image.hpp"
 
 namespace hil::history {

@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
+#include <hil/world/recorded_scanner.hpp>
 #include <rtstdb/history.hpp>
 
 #include "runtime/contribution/world_record.hpp"
 #include "runtime/history/history_error.hpp"
 #include "runtime/history/run_log.hpp"
 #include "runtime/modules/recorded_camera.hpp"
-#include <hil/world/recorded_scanner.hpp>
 
 namespace hil::history {
 

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <utility>
 
-#include <hil/require.hpp>
-#include "runtime/config/text_lists.hpp"
 #include <hil/quantity.hpp>
+#include <hil/require.hpp>
+#include <hil/splitmix64.hpp>
+
+#include "runtime/config/text_lists.hpp"
 #include "runtime/injection/activity_signal.hpp"
 #include "runtime/injection/faulty_signal.hpp"
-#include <hil/splitmix64.hpp>
 
 namespace hil::injection {
 

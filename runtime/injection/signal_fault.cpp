@@ -1,8 +1,9 @@
 #include "runtime/injection/signal_fault.hpp"
 
 #include <hil/splitmix64.hpp>
-#include "runtime/signals/value_names.hpp"
 #include <hil/unit.hpp>
+
+#include "runtime/signals/value_names.hpp"
 
 namespace hil::injection {
 

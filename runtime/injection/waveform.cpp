@@ -3,8 +3,9 @@
 #include <algorithm>
 
 #include <hil/splitmix64.hpp>
-#include "runtime/signals/value_names.hpp"
 #include <hil/unit.hpp>
+
+#include "runtime/signals/value_names.hpp"
 
 namespace hil::injection {
 

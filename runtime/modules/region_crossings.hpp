@@ -11,10 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include <rtstdb/database.hpp>
-
 #include <hil/event_log.hpp>
 #include <hil/world/world_module.hpp>
+#include <rtstdb/database.hpp>
 
 namespace hil::modules {
 

@@ -261,7 +261,8 @@ void read_module_records(const JsonCursor& lists, std::vector<contribution::Modu
   if (!lists.json.is_object()) lists.refuse("an object");
   for (const auto& [list_key, list] : lists.json.items()) {
     if (!list.is_array() || list_key == "layers" || list_key == "entities" || list_key == "fields" ||
-        list_key == "plugins") continue;
+        list_key == "plugins")
+      continue;
     const JsonCursor cursor = lists.member(list_key.c_str());
     for (std::size_t index = 0; index < list.size(); ++index) {
       const JsonCursor item = cursor.item(index);

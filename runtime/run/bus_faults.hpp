@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "runtime/buses/bus.hpp"
 #include <hil/diagnostics.hpp>
+
+#include "runtime/buses/bus.hpp"
 #include "runtime/config/scenario.hpp"
 
 namespace hil::run {

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
-#include "runtime/buses/can/can_fault.hpp"
 #include <hil/numbers.hpp>
+#include <hil/quantity.hpp>
+
+#include "runtime/buses/can/can_fault.hpp"
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include <hil/quantity.hpp>
 
 namespace hil::buses::can {
 namespace {

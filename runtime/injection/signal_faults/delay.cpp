@@ -1,8 +1,9 @@
 // delay: the signal has the value from some time before.
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/reading.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include <hil/quantity.hpp>
 #include "runtime/injection/delay_line.hpp"
 #include "runtime/injection/signal_fault.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <hil/numbers.hpp>
 #include <hil/quantity.hpp>
+
 #include "runtime/injection/random_numbers.hpp"
 #include "runtime/injection/signal_fault.hpp"
 

@@ -1,7 +1,8 @@
 // gain: the signal is multiplied by the value of an expression.
 
-#include "runtime/injection/signal_fault.hpp"
 #include <hil/unit.hpp>
+
+#include "runtime/injection/signal_fault.hpp"
 
 namespace hil::injection {
 namespace {

@@ -1,6 +1,7 @@
 // noise: normally distributed noise is added to the signal, with the value of an expression as its deviation.
 
 #include <hil/numbers.hpp>
+
 #include "runtime/injection/random_numbers.hpp"
 #include "runtime/injection/signal_fault.hpp"
 

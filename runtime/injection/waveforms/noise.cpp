@@ -1,6 +1,7 @@
 // noise: normally distributed numbers, one in each tick, with mean and deviation at the begin of the part.
 
 #include <hil/numbers.hpp>
+
 #include "runtime/injection/waveform.hpp"
 
 namespace hil::injection {

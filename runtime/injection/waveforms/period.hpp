@@ -3,9 +3,10 @@
 
 #include <cstdint>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/config/shared_schemas.hpp"
 #include "runtime/config/stimulus_section.hpp"
-#include <hil/quantity.hpp>
 
 namespace hil::injection {
 

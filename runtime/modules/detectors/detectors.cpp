@@ -17,11 +17,11 @@
 #include <utility>
 #include <vector>
 
+#include <hil/world/vector_parameter.hpp>
+#include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
-#include <hil/world/world_module.hpp>
 #include "runtime/modules/region_crossings.hpp"
-#include <hil/world/vector_parameter.hpp>
 
 namespace hil::modules {
 namespace {

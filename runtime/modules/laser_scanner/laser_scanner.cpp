@@ -11,13 +11,13 @@
 #include <cmath>
 
 #include <hil/noise_seed.hpp>
+#include <hil/world/beam_query.hpp>
+#include <hil/world/receiver.hpp>
 #include <hil/world/world_module.hpp>
 
 #include "runtime/modules/answer_digest.hpp"
-#include <hil/world/beam_query.hpp>
 #include "runtime/modules/laser_scanner/comparison_section.hpp"
 #include "runtime/modules/laser_scanner/object_list.hpp"
-#include <hil/world/receiver.hpp>
 #include "runtime/modules/laser_scanner/recorded_laser_scanner.hpp"
 #include "runtime/modules/laser_scanner/return_statistics.hpp"
 #include "runtime/modules/laser_scanner/scanner_options.hpp"
@@ -178,8 +178,9 @@ void LaserScanner::begin_sweep(const WorldStep& context) noexcept {
     if (state == nullptr) continue;
     const rtstdb::Motion motion = motion_at_begin(*state);
     const glm::dvec3 ahead = motion.q_world * glm::dvec3(1.0, 0.0, 0.0);
-    compared_motion_[i] = ComparedMotion{.center = {glm::dvec2(motion.p_world_m), glm::dvec2(motion.v_world_mps)},
-                                     .heading_rad = std::atan2(ahead.y, ahead.x)};
+    compared_motion_[i] =
+        ComparedMotion{.center = {glm::dvec2(motion.p_world_m), glm::dvec2(motion.v_world_mps)},
+                       .heading_rad = std::atan2(ahead.y, ahead.x)};
   }
   comparison_->begin_sweep(clock_.sweep_begin_ns(),
                            {.point = {glm::dvec2(sensor), glm::dvec2(carrier.v_world_mps)},

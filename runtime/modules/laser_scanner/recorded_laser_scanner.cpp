@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <hil/world/receiver.hpp>
+
 #include "runtime/modules/laser_scanner/scanner_record.hpp"
 
 namespace hil::modules {

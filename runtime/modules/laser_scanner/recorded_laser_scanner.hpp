@@ -3,8 +3,9 @@
 
 #include <memory>
 
-#include "runtime/contribution/world_record.hpp"
 #include <hil/world/recorded_scanner.hpp>
+
+#include "runtime/contribution/world_record.hpp"
 
 namespace hil::modules {
 

@@ -12,9 +12,8 @@
 #include <string>
 
 #include <hil/contribution.hpp>
-#include <rtstdb/limits.hpp>
-
 #include <hil/world/beam_return.hpp>
+#include <rtstdb/limits.hpp>
 
 namespace hil::modules {
 

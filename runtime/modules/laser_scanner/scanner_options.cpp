@@ -3,10 +3,10 @@
 #include <cmath>
 
 #include <hil/numbers.hpp>
+#include <hil/world/beam_query.hpp>
 #include <hil/world/vector_parameter.hpp>
 #include <rtstdb/limits.hpp>
 
-#include <hil/world/beam_query.hpp>
 #include "runtime/modules/laser_scanner/target_list.hpp"
 
 namespace hil::modules {

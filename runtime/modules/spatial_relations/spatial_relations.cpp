@@ -15,10 +15,10 @@
 #include <utility>
 #include <vector>
 
-#include <rtstdb/limits.hpp>
-
 #include <hil/world/relation.hpp>
 #include <hil/world/world_module.hpp>
+#include <rtstdb/limits.hpp>
+
 #include "runtime/modules/region_crossings.hpp"
 #include "runtime/modules/time_to_impact.hpp"
 
@@ -322,8 +322,7 @@ class SpatialRelations final : public WorldModule {
           impacts_[i].time->take(context, std::as_const(*impact_query_).answers()[i], impacts_[i].window);
   }
 
-  static void take_crossings(const WorldStep& context, BodyInRegion& region,
-                             rtstdb::EntityId body) noexcept {
+  static void take_crossings(const WorldStep& context, BodyInRegion& region, rtstdb::EntityId body) noexcept {
     region.crossings->take(context, [&](const rtstdb::StandingEvent& event) {
       if (event.kind == rtstdb::EventKind::reset) {
         region.is_member = false;

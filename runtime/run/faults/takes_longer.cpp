@@ -1,7 +1,8 @@
 // takes_longer: each step of a task takes longer by a duration.
 
-#include "runtime/config/shared_schemas.hpp"
 #include <hil/quantity.hpp>
+
+#include "runtime/config/shared_schemas.hpp"
 #include "runtime/run/fault_kinds.hpp"
 
 namespace hil::run {

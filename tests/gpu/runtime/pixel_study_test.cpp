@@ -53,8 +53,8 @@ class PixelStudyModule : public test::ModuleFixture {
 };
 
 TEST_F(PixelStudyModule, TilingBeamsDetectAndFewRaysDoNot) {
-  const auto module = make(pixel_study_type(),
-                           parameters("samples: [1, 256], beams: [0.0885 deg]"), {.instance = "study"});
+  const auto module =
+      make(pixel_study_type(), parameters("samples: [1, 256], beams: [0.0885 deg]"), {.instance = "study"});
   ASSERT_NE(module, nullptr) << diagnostics_.to_text();
   allocation_guard::reset();
   const std::vector<double> outputs = run(*module);

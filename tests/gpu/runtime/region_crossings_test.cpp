@@ -91,13 +91,10 @@ class RegionCrossingsTest : public test::ModuleFixture {
       return expression::Relation{};
     };
     TaskParameters task{.instance = "relations", .period_ns = period_ns, .deadline_ns = period_ns};
-    const Relations relations{.all = {relation(expression::RelationKind::crossed_at),
-                                      relation(expression::RelationKind::inside)},
-                              .regions = {{.name = {"gate", {}},
-                                           .center_m = {},
-                                           .size_m = {2.0, 4.0, 4.0},
-                                           .carrier = {}}},
-                              .beams = {}};
+    const Relations relations{
+        .all = {relation(expression::RelationKind::crossed_at), relation(expression::RelationKind::inside)},
+        .regions = {{.name = {"gate", {}}, .center_m = {}, .size_m = {2.0, 4.0, 4.0}, .carrier = {}}},
+        .beams = {}};
     task.relations = &relations;
     auto module = make(*find_module_type("spatial_relations"), "{}", task);
     EXPECT_NE(module, nullptr) << diagnostics_.to_text();

@@ -1,7 +1,5 @@
 // The module types of the plug-in docking, before there is a world.
 
-#include "configs/docking/modules/docking.hpp"
-
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -9,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "configs/docking/modules/docking.hpp"
 #include "runtime/config/parse.hpp"
 
 namespace hil::modules {
@@ -27,8 +26,8 @@ const char* const pixel_study =
     "{port: {body: a}, reflector: b, reflector_size: 4 mm, distances: [20 m], samples: [16, 1], "
     "beams: [0.02 deg], layers: [x]}";
 TEST(DockingModules, DescribeTheirPorts) {
-  for (const auto& [type, parameters] : {std::pair{docking_port_type(), docking_port},
-                                         std::pair{pixel_study_type(), pixel_study}}) {
+  for (const auto& [type, parameters] :
+       {std::pair{docking_port_type(), docking_port}, std::pair{pixel_study_type(), pixel_study}}) {
     config::Diagnostics diagnostics;
     const auto module = create(type, parameters, diagnostics);
     ASSERT_NE(module, nullptr) << type.name << diagnostics.to_text();
@@ -75,7 +74,8 @@ TEST(DockingModules, StudyWithMoreImagesThanMemoryIsAMistake) {
   EXPECT_NE(diagnostics.to_text().find("take 2214592512 bytes; at most 2147483648"), std::string::npos)
       << diagnostics.to_text();
   config::Diagnostics none;
-  EXPECT_NE(create(pixel_study_type(), whole + distances + "]\nimages: false", none), nullptr) << none.to_text();
+  EXPECT_NE(create(pixel_study_type(), whole + distances + "]\nimages: false", none), nullptr)
+      << none.to_text();
 }
 
 TEST(DockingModules, PortThatCanNotCaptureIsAMistake) {
@@ -98,8 +98,9 @@ TEST(DockingModules, PortThatCanNotCaptureIsAMistake) {
 
 TEST(DockingModules, PortWithoutDirectionIsAMistake) {
   config::Diagnostics diagnostics;
-  EXPECT_EQ(create(docking_port_type(), "{target: {body: a, axis: [0, 0, 0]}, chaser: {body: b}}", diagnostics),
-            nullptr);
+  EXPECT_EQ(
+      create(docking_port_type(), "{target: {body: a, axis: [0, 0, 0]}, chaser: {body: b}}", diagnostics),
+      nullptr);
   ASSERT_EQ(diagnostics.count(), 1U) << diagnostics.to_text();
   EXPECT_NE(diagnostics.mistakes()[0].message.find("'axis' has no direction"), std::string::npos);
 }

@@ -1,7 +1,5 @@
 // The receiver of a laser scanner against closed forms: intensities, the threshold, and the noise of ranges.
 
-#include <hil/world/receiver.hpp>
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <vector>
 
 #include <hil/noise_seed.hpp>
+#include <hil/world/receiver.hpp>
 
 namespace hil::modules {
 namespace {

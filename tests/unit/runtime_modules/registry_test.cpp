@@ -66,15 +66,10 @@ TEST(Registry, FindsEveryTypeByItsName) {
 }
 
 TEST(Registry, EveryModuleDescribesItsPorts) {
-  const std::map<std::string, const char*> parameters{{"vehicles", two_vehicles},
-                                                      {"laser_scanner", scanner},
-                                                      {"detectors", detectors},
-                                                      {"collision", collision},
-                                                      {"free_body", free_body},
-                                                      {"rigid_bodies", rigid_bodies},
-                                                      {"block", block},
-                                                      {"spatial_relations", "{}"},
-                                                      {"camera", camera}};
+  const std::map<std::string, const char*> parameters{
+      {"vehicles", two_vehicles}, {"laser_scanner", scanner},  {"detectors", detectors},
+      {"collision", collision},   {"free_body", free_body},    {"rigid_bodies", rigid_bodies},
+      {"block", block},           {"spatial_relations", "{}"}, {"camera", camera}};
   for (const ModuleType& module_type : module_types()) {
     const std::string type(module_type.name);
     ASSERT_TRUE(parameters.contains(type)) << "add example parameters of the module type " << type;

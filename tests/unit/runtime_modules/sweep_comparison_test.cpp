@@ -13,7 +13,8 @@ constexpr std::int64_t second_ns = 1'000'000'000;
 class LengthComparison : public ::testing::Test {
  protected:
   void sweep(int hits) {
-    const std::vector<std::optional<ComparedMotion>> motion{ComparedMotion{.center = {{20.0, 0.0}, {0.0, 5.0}}}};
+    const std::vector<std::optional<ComparedMotion>> motion{
+        ComparedMotion{.center = {{20.0, 0.0}, {0.0, 5.0}}}};
     comparison_.begin_sweep(0, {.point = {{0.0, 0.0}, {0.0, 0.0}}, .heading_rad = 0.0}, motion);
     rtstdb::RayHit hit;
     hit.entity = {.index = 3, .generation = 1};

@@ -18,11 +18,11 @@
 #include <optional>
 
 #include <hil/noise_seed.hpp>
+#include <hil/world/beam_query.hpp>
+#include <hil/world/receiver.hpp>
 #include <hil/world/world_module.hpp>
 #include <rtstdb/limits.hpp>
 
-#include <hil/world/beam_query.hpp>
-#include <hil/world/receiver.hpp>
 #include "configs/docking/modules/docking.hpp"
 #include "configs/docking/modules/pixel_study/study_images.hpp"
 #include "configs/docking/modules/pixel_study/study_result.hpp"

@@ -1,8 +1,9 @@
 // delay: each frame of a message comes later.
 
+#include <hil/quantity.hpp>
+
 #include "runtime/buses/can/can_fault.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include <hil/quantity.hpp>
 
 namespace hil::buses::can {
 namespace {

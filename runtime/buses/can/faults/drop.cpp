@@ -2,8 +2,9 @@
 
 #include <random>
 
-#include "runtime/buses/can/can_fault.hpp"
 #include <hil/numbers.hpp>
+
+#include "runtime/buses/can/can_fault.hpp"
 
 namespace hil::buses::can {
 namespace {

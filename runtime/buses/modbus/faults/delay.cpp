@@ -2,9 +2,10 @@
 
 #include <chrono>
 
+#include <hil/quantity.hpp>
+
 #include "runtime/buses/modbus/modbus_fault.hpp"
 #include "runtime/config/shared_schemas.hpp"
-#include <hil/quantity.hpp>
 
 namespace hil::buses::modbus {
 namespace {

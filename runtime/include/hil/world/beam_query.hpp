@@ -9,9 +9,8 @@
 #include <memory>
 #include <string>
 
-#include <rtstdb/database.hpp>
-
 #include <hil/world/beam_return.hpp>
+#include <rtstdb/database.hpp>
 
 namespace hil::modules {
 

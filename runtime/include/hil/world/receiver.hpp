@@ -10,9 +10,8 @@
 #include <optional>
 #include <string_view>
 
-#include <rtstdb/material.hpp>
-
 #include <hil/world/beam_return.hpp>
+#include <rtstdb/material.hpp>
 
 namespace hil::modules {
 

@@ -12,9 +12,8 @@
 #include <string>
 #include <vector>
 
-#include <rtstdb/database.hpp>
-
 #include <hil/world/beam_return.hpp>
+#include <rtstdb/database.hpp>
 
 namespace hil::modules {
 
