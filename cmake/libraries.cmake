@@ -98,15 +98,20 @@ function(hil_public_headers name)
   target_link_libraries(${name} INTERFACE ${LIBRARY_USES})
 endfunction()
 
-# Declares a plug-in NAME.so in the folder `plugins` of the build, which hil searches.
+# Declares a plug-in NAME.so in the folder `plugins` of the build, which hil searches. In another FOLDER of the
+# build it is for tests and is not installed.
 function(hil_plugin name)
-  cmake_parse_arguments(PLUGIN "" "" "SOURCES" ${ARGN})
+  cmake_parse_arguments(PLUGIN "" "FOLDER" "SOURCES" ${ARGN})
   add_library(${name} MODULE ${PLUGIN_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${name} PRIVATE hil_compile_options hil::module)
-  set_target_properties(${name} PROPERTIES PREFIX ""
-    LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/plugins)
-  install(TARGETS ${name} LIBRARY DESTINATION lib/hil/plugins COMPONENT hil)
+  if(PLUGIN_FOLDER)
+    set(folder ${PLUGIN_FOLDER})
+  else()
+    set(folder plugins)
+    install(TARGETS ${name} LIBRARY DESTINATION lib/hil/plugins COMPONENT hil)
+  endif()
+  set_target_properties(${name} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${folder})
 endfunction()
 
 # One test program per folder of tests. ctest runs each of its suites as one test.

@@ -19,6 +19,7 @@
 #include "runtime/run/run_folder.hpp"
 #include "runtime/run/run_log.hpp"
 #include "runtime/run/session.hpp"
+#include "runtime/run/step_guard.hpp"
 
 namespace hil::cli {
 namespace {
@@ -44,6 +45,7 @@ void catch_signals() {
     sigaction(SIGHUP, &action, nullptr);
   // A closed console or a file beyond its permitted size must not kill the run, which has to set its outputs
   // to their safe values. Writing fails instead, and the run reports it.
+  run::report_signals_of_steps();
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
 }

@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
+
+#include "runtime/run/step_guard.hpp"
 
 namespace hil::run {
 
-ModuleTask::ModuleTask(modules::AnyModule& module, Links links, std::int64_t deadline_ns,
+ModuleTask::ModuleTask(std::string name, modules::AnyModule& module, Links links, std::int64_t deadline_ns,
                        signals::SignalTable& table, const rtstdb::Database* database,
                        const DeviceClock& run_clock, modules::EventLog& events, bool firm)
-    : plain_(module.plain_module()),
+    : name_(std::move(name)),
+      plain_(module.plain_module()),
       world_(module.world_module()),
       links_(std::move(links)),
       deadline_ns_(deadline_ns),
@@ -78,10 +82,16 @@ void ModuleTask::step(const executive::TickInfo& tick) noexcept {
   context_.failure = rtstdb::Status::idle;
   context_.discarded = false;
   context_.hard_miss = {};
-  if (world_ != nullptr)
-    world_->step(context_);
-  else
-    plain_->step(context_);
+  if (has_failed()) return;
+  try {
+    const StepGuard guard(name_);
+    if (world_ != nullptr)
+      world_->step(context_);
+    else
+      plain_->step(context_);
+  } catch (...) {
+    fail(tick);
+  }
   step_added_ns_ = added_ns_.load(std::memory_order_relaxed);
   if (step_added_ns_ > 0) longer_steps_.fetch_add(1, std::memory_order_relaxed);
   if (context_.hard_miss.lateness_ns > 0) {
@@ -93,6 +103,18 @@ void ModuleTask::step(const executive::TickInfo& tick) noexcept {
   discarded_runs_ += context_.discarded ? 1 : 0;
   if (context_.failure == rtstdb::Status::idle) return;
   if (runs_without_result_++ == 0) first_failure_ = context_.failure;
+}
+
+void ModuleTask::fail(const executive::TickInfo& tick) noexcept {
+  const std::string thrown = text_of_exception();
+  try {
+    fault_ = name_ + " threw in its step of tick " + std::to_string(tick.tick) + ": " + thrown +
+             "; its outputs are unknown from then on, and the run ended";
+  } catch (...) {
+    fault_.clear();  // no memory for the sentence
+  }
+  std::fill(outputs_.begin(), outputs_.end(), std::numeric_limits<double>::quiet_NaN());
+  has_failed_.store(true, std::memory_order_release);
 }
 
 void ModuleTask::publish(const executive::TickInfo& tick) noexcept {

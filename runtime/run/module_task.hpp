@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <hil/world/world_module.hpp>
@@ -25,8 +26,9 @@ class ModuleTask final : public executive::Task {
     std::vector<signals::SignalId> outputs;    ///< by output port
   };
 
-  /// `database`: null when the run has none. `firm`: see modules::WorldStep::read_class.
-  ModuleTask(modules::AnyModule& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
+  /// `name`: of the module, for sentences: "module pump (plug-in pumps)". `database`: null when the run has
+  /// none. `firm`: see modules::WorldStep::read_class.
+  ModuleTask(std::string name, modules::AnyModule& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
              const rtstdb::Database* database, const DeviceClock& run_clock, modules::EventLog& events,
              bool firm = false);
 
@@ -44,6 +46,10 @@ class ModuleTask final : public executive::Task {
   std::int64_t last_blocked_ns() const noexcept override { return context_.blocked_ns; }
   std::int64_t last_gpu_ns() const noexcept override { return context_.gpu_ns; }
 
+  /// A step threw: the outputs are unknown from that run on, and the module is not stepped again. Any thread.
+  bool has_failed() const noexcept { return has_failed_.load(std::memory_order_acquire); }
+  /// What it threw, as a sentence; empty: it has not failed.
+  const std::string& fault() const noexcept { return fault_; }
   /// The number of runs, warm-up runs included, in which a transaction failed: their outputs are those of
   /// an earlier run. After the run.
   std::uint64_t runs_without_result() const noexcept { return runs_without_result_; }
@@ -67,6 +73,9 @@ class ModuleTask final : public executive::Task {
   void latch_inputs(std::vector<signals::SignalValue>& inputs) noexcept;
   rtstdb::Version latest_version() const noexcept;
 
+  void fail(const executive::TickInfo& tick) noexcept;
+
+  const std::string name_;
   modules::Module* const plain_;  ///< or world_
   modules::WorldModule* const world_;
   const Links links_;
@@ -85,6 +94,8 @@ class ModuleTask final : public executive::Task {
   std::atomic<std::int64_t> added_ns_{0};
   std::int64_t step_added_ns_ = 0;  ///< of the last step
   std::atomic<std::uint64_t> longer_steps_{0};
+  std::atomic<bool> has_failed_{false};
+  std::string fault_;
   std::uint64_t runs_without_result_ = 0, discarded_runs_ = 0;
   rtstdb::Status first_failure_ = rtstdb::Status::idle;
   static constexpr std::size_t max_hard_misses = 20;

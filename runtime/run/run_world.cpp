@@ -1,6 +1,8 @@
 #include "runtime/run/run_world.hpp"
 
 #include <algorithm>
+#include <new>
+#include <system_error>
 #include <unordered_map>
 #include <utility>
 
@@ -14,6 +16,7 @@
 #include "runtime/run/report_image.hpp"
 #include "runtime/run/run_folder.hpp"
 #include "runtime/run/scenery.hpp"
+#include "runtime/run/step_guard.hpp"
 #include "runtime/run/world_views.hpp"
 
 namespace hil::run {
@@ -57,9 +60,21 @@ bool needs_database(const Wiring& wiring) {
          });
 }
 
-void configure(modules::AnyModule& module, modules::World& world, const modules::Setup& setup) {
-  if (modules::WorldModule* const in_world = module.world_module()) in_world->configure(world, setup);
-  if (modules::Module* const plain = module.plain_module()) plain->configure(setup);
+/// Throws SetupError, or an exception that says why memory, a thread or a file is missing.
+void configure(modules::AnyModule& module, modules::World& world, const modules::Setup& setup,
+               const std::string& name) {
+  try {
+    if (modules::WorldModule* const in_world = module.world_module()) in_world->configure(world, setup);
+    if (modules::Module* const plain = module.plain_module()) plain->configure(setup);
+  } catch (const modules::SetupError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::system_error&) {
+    throw;
+  } catch (...) {
+    throw modules::SetupError(name + " can not be configured: " + text_of_exception());
+  }
 }
 
 std::string log_refusal(const report::DatabaseLog& log) {
@@ -90,8 +105,9 @@ RunWorld::RunWorld(Wiring& wiring, RunContext& context)
   for (WiredModule& wired : wiring_.modules) {
     const modules::TaskParameters facts = task_parameters(context_.scenario, *wired.section);
     const modules::Setup setup{.task = facts, .events = events_, .files = file_streams_};
-    configure(*wired.module, *world_, setup);
-    tasks_.push_back(std::make_unique<ModuleTask>(*wired.module, wired.links, facts.deadline_ns,
+    const std::string name = name_with_plugin(wired.section->module.text, wired.section->type.text);
+    configure(*wired.module, *world_, setup, name);
+    tasks_.push_back(std::make_unique<ModuleTask>(name, *wired.module, wired.links, facts.deadline_ns,
                                                   wiring_.signals, database_.get(), context_.device_clock,
                                                   events_, facts.firm));
   }
@@ -260,8 +276,17 @@ void RunWorld::add_contributions(std::int64_t end_ns, report::RunRecord& record)
   contribution::Contribution all;
   all.end_ns = end_ns;
   all.map.shapes = outlines(context_.scenario, wiring_.scenery, last_motions_, end_ns);
-  for (const WiredModule& wired : wiring_.modules)
-    wired.module->contribute(all);
+  for (const WiredModule& wired : wiring_.modules) {
+    contribution::Contribution whole = all;
+    try {
+      wired.module->contribute(whole);
+      all = std::move(whole);
+    } catch (...) {
+      record.failures.push_back("the report lacks what " +
+                                name_with_plugin(wired.section->module.text, wired.section->type.text) +
+                                " contributes: " + text_of_exception());
+    }
+  }
   record.events.insert(record.events.end(), all.events.begin(), all.events.end());
   record.sections = std::move(all.sections);
   for (contribution::Section& section : record.sections) {

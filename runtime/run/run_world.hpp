@@ -5,6 +5,7 @@
 // Threads: construction, close and the record on the thread that opens the run; check on one ordinary thread
 // while the run goes on.
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -33,6 +34,10 @@ class RunWorld {
 
   /// By the order of the scenario's tasks.
   const std::vector<std::unique_ptr<ModuleTask>>& tasks() const noexcept { return tasks_; }
+  /// A step of a module threw. The tick.
+  bool has_failed_task() const noexcept {
+    return std::ranges::any_of(tasks_, [](const auto& task) { return task->has_failed(); });
+  }
   bool has_database() const noexcept { return database_ != nullptr; }
   /// The device is lost, and no other one has taken its place.
   bool device_lost() const { return database_ != nullptr && database_->health().device_lost; }

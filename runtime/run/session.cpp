@@ -107,7 +107,8 @@ class LiveSession final : public executive::TickHooks {
     plots_->take(wiring_.signals, tick.time_ns);
     if (recorder_) recorder_->take(wiring_.signals, tick.time_ns);
     if (tick.tick % log_every_ticks_ == 0) signal_log_->take(wiring_.signals, tick.time_ns);
-    if (!buses_.in_step() || context_.stop_requested.load(std::memory_order_relaxed))
+    if (!buses_.in_step() || world_->has_failed_task() ||
+        context_.stop_requested.load(std::memory_order_relaxed))
       stop_.store(true, std::memory_order_relaxed);
   }
 
@@ -297,6 +298,8 @@ SessionResult LiveSession::run() {
   close_logs();
   const bool interrupted = result.stopped && context_.stop_requested.load();
   if (!step_fault.empty()) record.failures.push_back(step_fault);
+  for (const auto& task : world_->tasks())
+    if (task->has_failed()) record.failures.push_back(task->fault());
   fill_record(result, record);
   decide({.result = result,
           .gpu_lost = world_->device_lost(),

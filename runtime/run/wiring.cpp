@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 #include <utility>
 
 #include "runtime/expectations/kinds.hpp"
@@ -11,6 +12,7 @@
 #include "runtime/recording/signal_selection.hpp"
 #include "runtime/run/fault_kinds.hpp"
 #include "runtime/run/relation_wiring.hpp"
+#include "runtime/run/step_guard.hpp"
 #include "runtime/run/world_wiring.hpp"
 
 namespace hil::run {
@@ -145,7 +147,14 @@ void declare_modules(WiringState& state) {
       wiring.modules.push_back(std::move(wired));
       continue;
     }
-    wired.module = type->create(section.parameters, task, diagnostics);
+    try {
+      wired.module = type->create(section.parameters, task, diagnostics);
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (...) {
+      diagnostics.add(section.module.place, name_with_plugin(section.module.text, type->name) +
+                                                " can not be made: " + text_of_exception());
+    }
     if (section.firm_at) check_firm(section, *type, wired.module.get(), diagnostics);
     if (wired.module == nullptr) {
       known.add_undeclared(section.module.text + ".");

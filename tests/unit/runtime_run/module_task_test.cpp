@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
 #include <vector>
 
 #include "runtime/modules/run_events.hpp"
@@ -146,7 +147,9 @@ class Recorder final : public modules::WorldModule {
   }
   const modules::WorldPorts& ports() const noexcept override { return ports_; }
   void configure(modules::World& /*world*/, const modules::Setup& /*setup*/) override {}
-  void step(modules::WorldStep& context) noexcept override {
+  void step(modules::WorldStep& context) override {
+    ++steps;
+    if (throws) throw std::runtime_error("the pump is dry");
     seen = context;
     in = context.inputs[0];
     open = context.inputs[1];
@@ -158,9 +161,11 @@ class Recorder final : public modules::WorldModule {
   }
 
   modules::WorldStep seen;
+  int steps = 0;
   signals::SignalValue in, open;
   double out_before = 0.0;
   rtstdb::Database* queried = nullptr;  ///< every step executes a transaction there
+  bool throws = false;                  ///< the next step
 
  private:
   AnyTransaction transaction_;
@@ -179,7 +184,7 @@ class ModuleTasks : public ::testing::Test {
   DeviceClock clock_{executive_clock_};
   modules::RunEvents events_;
   Recorder module_;
-  ModuleTask task_{module_,    {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
+  ModuleTask task_{"module m", module_,    {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
                    5 * ms,     table_,
                    &database_, clock_,
                    events_};
@@ -202,7 +207,7 @@ TEST_F(ModuleTasks, PassTimesAndVersionToTheStep) {
 }
 
 TEST_F(ModuleTasks, InputsAreConvertedToTheUnitsOfTheirPorts) {
-  ModuleTask task(module_,
+  ModuleTask task("module m", module_,
                   {.inputs = {{.signal = source_, .conversion = {.numerator = 5.0, .denominator = 18.0}}, {}},
                    .outputs = {out_, untouched_}},
                   5 * ms, table_, &database_, clock_, events_);
@@ -256,7 +261,7 @@ TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
 
 /// A firm transaction that is late has no result, so its run counts among those without one.
 TEST_F(ModuleTasks, CountRunsThatAFirmTransactionDiscards) {
-  ModuleTask task(module_, {.inputs = {{}, {}}, .outputs = {out_, untouched_}}, 5 * ms, table_, &database_,
+  ModuleTask task("module m", module_, {.inputs = {{}, {}}, .outputs = {out_, untouched_}}, 5 * ms, table_, &database_,
                   clock_, events_, true);
   module_.queried = &database_;
   rtstdb::Outcome& outcome = database_.outcome;
@@ -363,7 +368,7 @@ TEST_F(ModuleTasks, NoteThatTheyReadWhenTheyLatchOrQueue) {
   test::CountedReads of_source, of_output;
   table_.add_read_observer(source_, of_source);
   table_.add_read_observer(out_, of_output);
-  ModuleTask task(module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
+  ModuleTask task("module m", module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
                   table_, nullptr, clock_, events_);
   task.latch({});
   EXPECT_EQ(of_source.count, 1);
@@ -389,12 +394,33 @@ TEST_F(ModuleTasks, CountTheStepsThatAFaultMakesLonger) {
 }
 
 TEST_F(ModuleTasks, OfARunWithoutADatabaseHaveNoVersion) {
-  ModuleTask task(module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
+  ModuleTask task("module m", module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
                   table_, nullptr, clock_, events_);
   task.latch({});
   task.queue({});
   task.step({});
   EXPECT_EQ(module_.seen.version, 0U);
+}
+
+TEST_F(ModuleTasks, AreNotSteppedAgainAfterAThrow) {
+  executive::TickInfo tick{.tick = 7, .time_ns = 70 * ms, .period_ns = 10 * ms, .run = 0};
+  module_.throws = true;
+  task_.latch(tick);
+  task_.step(tick);
+  task_.publish(tick);
+  EXPECT_TRUE(task_.has_failed());
+  EXPECT_EQ(task_.fault(),
+            "module m threw in its step of tick 7: the pump is dry; its outputs are unknown from then on, and "
+            "the run ended");
+  EXPECT_TRUE(std::isnan(table_.value(out_)));
+  EXPECT_TRUE(std::isnan(table_.value(untouched_)));
+  module_.throws = false;
+  tick.run = 1;
+  task_.latch(tick);
+  task_.step(tick);
+  task_.publish(tick);
+  EXPECT_EQ(module_.steps, 1);
+  EXPECT_TRUE(std::isnan(table_.value(out_)));
 }
 
 TEST_F(ModuleTasks, OutputsKeepTheValuesOfTheLastRun) {
