@@ -114,7 +114,7 @@ struct WorldEntity {
   bool is_body() const noexcept { return !std::holds_alternative<NoShape>(shape); }
 };
 
-/// A box in space, for inside(body, region) of expressions.
+/// A box in space, for inside(body, region) and crossed_at(body, region) of expressions.
 struct WorldRegion {
   Word name;
   std::array<double, 3> center_m{};
