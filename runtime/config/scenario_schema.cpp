@@ -173,7 +173,8 @@ Field carrier_field() {
 
 Schema region_schema() {
   return Schema::record({
-      Field::needed("name", Schema::name(), "The name, for inside(body, region) in expressions."),
+      Field::needed("name", Schema::name(),
+                    "The name, for inside(body, region) and crossed_at(body, region) in expressions."),
       Field::needed("center", vector3(Quantity::length_m, max_coordinate_m), "Centre of the box."),
       Field::needed("size", Schema::list(Schema::quantity(Quantity::length_m, 0.001, max_coordinate_m), 3, 3),
                     "Full sizes of the box before its rotation."),
@@ -261,7 +262,7 @@ Schema world_schema() {
       Field::with_default("entities", Schema::list(entity_schema()), "[]",
                           "The entities that exist from the first tick on."),
       Field::with_default("regions", Schema::list(region_schema()), "[]",
-                          "Boxes in space, for conditions: inside(body, region)."),
+                          "Boxes in space, for conditions: inside(body, region), crossed_at(body, region)."),
       Field::with_default("beams", Schema::list(beam_schema()), "[]",
                           "Straight lines in space, for conditions: sees(beam, body)."),
       Field::with_default("views", Schema::list(view_schema(), 0, 16), "[]",

@@ -7,11 +7,9 @@ namespace hil::modules {
 RegionCrossings::RegionCrossings(rtstdb::Database& database, const rtstdb::Region& region,
                                  const std::string& name, const std::string& caller, EventLog& events)
     : lost_(events.add_kind(caller + ": {} crossings of " + name + " were lost", 0)) {
-  const rtstdb::StandingOptions options{.name = name};
-  auto query = database.watch(rtstdb::StandingRegion{.region = region}, options);
+  auto query = database.watch(rtstdb::StandingRegion{.region = region}, {.name = name});
   if (!query) throw RefusedByDatabase(caller, query.error());
   query_ = std::move(query).value();
-  events_.resize(options.ring_capacity);
 }
 
 }  // namespace hil::modules

@@ -4,12 +4,12 @@
 //
 // Threads: constructed while the module is configured; all else in its step: nothing allocates or blocks.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include <hil/event_log.hpp>
 #include <hil/world/world_module.hpp>
@@ -30,22 +30,19 @@ class RegionCrossings {
   /// members follow; the number of lost events is noted in the event log.
   template <class Use>
   void take(const WorldStep& context, Use use) noexcept {
-    // One fetch in a step: what the follower publishes because the fetch has made room depends on its speed.
-    bool has_fetched = false;
-    for (;;) {
-      for (; next_ < count_; ++next_) {
-        if (events_[next_].version > context.version) return;
-        rtstdb::StandingEvent& event = events_[next_];
-        if (event.lost > 0) context.events->note(lost_, context.time_ns, static_cast<double>(event.lost));
-        reported_lost_ += event.lost;
-        if (event.kind == rtstdb::EventKind::enter && event.time <= rtstdb::world_time_ns(0))
-          event.kind = rtstdb::EventKind::present;
-        use(std::as_const(event));
+    for (;; ++next_) {
+      if (next_ == count_) {
+        next_ = 0;
+        count_ = query_->next_events(events_);
+        if (count_ == 0) return;
       }
-      if (has_fetched) return;
-      has_fetched = true;
-      next_ = 0;
-      count_ = query_->next_events(events_);
+      rtstdb::StandingEvent& event = events_[next_];
+      if (event.version > context.version) return;
+      if (event.lost > 0) context.events->note(lost_, context.time_ns, static_cast<double>(event.lost));
+      reported_lost_ += event.lost;
+      if (event.kind == rtstdb::EventKind::enter && event.time <= rtstdb::world_time_ns(0))
+        event.kind = rtstdb::EventKind::present;
+      use(std::as_const(event));
     }
   }
 
@@ -63,7 +60,7 @@ class RegionCrossings {
 
  private:
   std::unique_ptr<rtstdb::StandingQuery> query_;
-  std::vector<rtstdb::StandingEvent> events_;  ///< as many as the query's ring has
+  std::array<rtstdb::StandingEvent, 64> events_{};  ///< those from next_ to count_ are still to be taken
   std::size_t next_ = 0, count_ = 0;
   std::uint64_t reported_lost_ = 0;
   EventLog::Kind lost_;

@@ -10,7 +10,7 @@
 #include <optional>
 #include <random>
 
-#include "runtime/expression/relation.hpp"
+#include <hil/world/relation.hpp>
 #include "tests/gpu/runtime/module_fixture.hpp"
 #include "tests/support/eventually.hpp"
 

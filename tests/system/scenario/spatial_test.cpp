@@ -115,7 +115,11 @@ world:
   entities:
     - {name: dart, shape: {box: [1 m, 1 m, 1 m]}, position: [-21.7 m, 0 m, 0 m],
        velocity: [400 m/s, 0 m/s, 0 m/s], mask: [dart]}
-  regions: [{name: gate, center: [0 m, 0 m, 0 m], size: [2 m, 4 m, 4 m]}]
+    - {name: post, shape: {box: [1 m, 1 m, 1 m]}, position: [10 m, 0 m, 0 m], mask: [static]}
+  regions:
+    - {name: gate, center: [0 m, 0 m, 0 m], size: [2 m, 4 m, 4 m]}
+    - {name: ahead, center: [5 m, 0 m, 0 m], size: [2 m, 4 m, 4 m], carrier: dart}
+    - {name: all_ahead, center: [5 m, 0 m, 0 m], size: [2 m, 4 m, 4 m], carrier: dart, whole: true}
 tasks:
   - module: traffic
     type: vehicles
@@ -134,6 +138,11 @@ expectations:
   - {name: it is counted, count: {of: known(loops.gate.entered_at), min: 1, max: 1}}
   - {name: first the rear, always: 'abs(crossed_at(dart, gate) - 50.5 ms) < 1 us', between: [52 ms, 57 ms]}
   - {name: then the front, always: 'abs(crossed_at(dart, gate) - 58 ms) < 1 us', between: [60 ms, 199 ms]}
+  # The post is 31.7 m - 400 m/s t ahead of the dart.
+  - {name: comes near, always: 'abs(crossed_at(post, ahead) - 63 ms) < 1 us', between: [65 ms, 69 ms]}
+  - {name: is passed, always: 'abs(crossed_at(post, ahead) - 70.5 ms) < 1 us', between: [72 ms, 199 ms]}
+  - {name: is near, always: 'abs(crossed_at(post, all_ahead) - 65.5 ms) < 1 us', between: [67 ms, 68 ms]}
+  - {name: goes, always: 'abs(crossed_at(post, all_ahead) - 68 ms) < 1 us', between: [70 ms, 199 ms]}
 )";
 
 TEST(BySpace, CrossingsBetweenTicksHaveTheirInstantsAndAreCounted) {

@@ -14,7 +14,7 @@
 
 namespace hil::config {
 
-/// A box in space, for inside(body, region) of expressions.
+/// A box in space, for inside(body, region) and crossed_at(body, region) of expressions.
 struct WorldRegion {
   Word name;
   std::array<double, 3> center_m{};
