@@ -28,9 +28,9 @@ class ModuleTask final : public executive::Task {
 
   /// `name`: of the module, for sentences: "module pump (plug-in pumps)". `database`: null when the run has
   /// none. `firm`: see modules::WorldStep::read_class.
-  ModuleTask(std::string name, modules::AnyModule& module, Links links, std::int64_t deadline_ns, signals::SignalTable& table,
-             const rtstdb::Database* database, const DeviceClock& run_clock, modules::EventLog& events,
-             bool firm = false);
+  ModuleTask(std::string name, modules::AnyModule& module, Links links, std::int64_t deadline_ns,
+             signals::SignalTable& table, const rtstdb::Database* database, const DeviceClock& run_clock,
+             modules::EventLog& events, bool firm = false);
 
   void latch(const executive::TickInfo& tick) noexcept override;
   void queue(const executive::TickInfo& tick) noexcept override;

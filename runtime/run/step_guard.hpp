@@ -7,8 +7,8 @@
 
 namespace hil::run {
 
-/// While it exists, a signal of this thread that would end the program (as SIGSEGV) is reported on stderr with
-/// the name of the module. `module`: "module pump (plug-in pumps)"; outlives it.
+/// While it exists, a signal of this thread that would end the program (as SIGSEGV) is reported on stderr
+/// with the name of the module. `module`: "module pump (plug-in pumps)"; outlives it.
 class StepGuard {
  public:
   explicit StepGuard(const std::string& module) noexcept;

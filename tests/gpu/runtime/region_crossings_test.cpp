@@ -10,7 +10,7 @@
 #include <optional>
 #include <random>
 
-#include <hil/world/relation.hpp>
+#include "runtime/expression/relation.hpp"
 #include "tests/gpu/runtime/module_fixture.hpp"
 #include "tests/support/eventually.hpp"
 

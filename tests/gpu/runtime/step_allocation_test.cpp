@@ -105,8 +105,9 @@ TEST_P(HeapTraffic, IsAbsentInTheStepsOfTheCrossing) {
     const modules::Setup setup{.task = facts, .events = events, .files = files};
     if (modules::WorldModule* const module = wired.module->world_module()) module->configure(world, setup);
     if (modules::Module* const module = wired.module->plain_module()) module->configure(setup);
-    tasks.push_back(std::make_unique<ModuleTask>("module " + section.module.text, *wired.module, wired.links, facts.deadline_ns,
-                                                 wiring->signals, database.get(), run_clock, events));
+    tasks.push_back(std::make_unique<ModuleTask>("module " + section.module.text, *wired.module, wired.links,
+                                                 facts.deadline_ns, wiring->signals, database.get(),
+                                                 run_clock, events));
     guarded.push_back(std::make_unique<Guarded>(*tasks.back(), 5));
     executive.add_task({.name = section.module.text,
                         .every_ticks = section.every_ticks,

@@ -42,7 +42,8 @@ std::string elf_with(const std::string& notes) {
 }
 
 std::string note_of(const std::string& owner, const std::string& text, std::uint32_t type = 1) {
-  const Elf64_Nhdr head{static_cast<Elf64_Word>(owner.size() + 1), static_cast<Elf64_Word>(text.size()), type};
+  const Elf64_Nhdr head{static_cast<Elf64_Word>(owner.size() + 1), static_cast<Elf64_Word>(text.size()),
+                        type};
   const auto padded = [](std::string part) { return part.append((4 - part.size() % 4) % 4, '\0'); };
   return std::string(reinterpret_cast<const char*>(&head), sizeof head) + padded(owner + '\0') + padded(text);
 }

@@ -184,10 +184,9 @@ class ModuleTasks : public ::testing::Test {
   DeviceClock clock_{executive_clock_};
   modules::RunEvents events_;
   Recorder module_;
-  ModuleTask task_{"module m", module_,    {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
-                   5 * ms,     table_,
-                   &database_, clock_,
-                   events_};
+  ModuleTask task_{"module m", module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
+                   5 * ms,     table_,  &database_,
+                   clock_,     events_};
 };
 
 TEST_F(ModuleTasks, PassTimesAndVersionToTheStep) {
@@ -261,8 +260,8 @@ TEST_F(ModuleTasks, CountRunsWithoutAnAnswer) {
 
 /// A firm transaction that is late has no result, so its run counts among those without one.
 TEST_F(ModuleTasks, CountRunsThatAFirmTransactionDiscards) {
-  ModuleTask task("module m", module_, {.inputs = {{}, {}}, .outputs = {out_, untouched_}}, 5 * ms, table_, &database_,
-                  clock_, events_, true);
+  ModuleTask task("module m", module_, {.inputs = {{}, {}}, .outputs = {out_, untouched_}}, 5 * ms, table_,
+                  &database_, clock_, events_, true);
   module_.queried = &database_;
   rtstdb::Outcome& outcome = database_.outcome;
   outcome.deadline_class = rtstdb::DeadlineClass::firm;
@@ -368,8 +367,8 @@ TEST_F(ModuleTasks, NoteThatTheyReadWhenTheyLatchOrQueue) {
   test::CountedReads of_source, of_output;
   table_.add_read_observer(source_, of_source);
   table_.add_read_observer(out_, of_output);
-  ModuleTask task("module m", module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
-                  table_, nullptr, clock_, events_);
+  ModuleTask task("module m", module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
+                  5 * ms, table_, nullptr, clock_, events_);
   task.latch({});
   EXPECT_EQ(of_source.count, 1);
   task.queue({});
@@ -394,8 +393,8 @@ TEST_F(ModuleTasks, CountTheStepsThatAFaultMakesLonger) {
 }
 
 TEST_F(ModuleTasks, OfARunWithoutADatabaseHaveNoVersion) {
-  ModuleTask task("module m", module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}}, 5 * ms,
-                  table_, nullptr, clock_, events_);
+  ModuleTask task("module m", module_, {.inputs = {{.signal = source_}, {}}, .outputs = {out_, untouched_}},
+                  5 * ms, table_, nullptr, clock_, events_);
   task.latch({});
   task.queue({});
   task.step({});
@@ -409,9 +408,10 @@ TEST_F(ModuleTasks, AreNotSteppedAgainAfterAThrow) {
   task_.step(tick);
   task_.publish(tick);
   EXPECT_TRUE(task_.has_failed());
-  EXPECT_EQ(task_.fault(),
-            "module m threw in its step of tick 7: the pump is dry; its outputs are unknown from then on, and "
-            "the run ended");
+  EXPECT_EQ(
+      task_.fault(),
+      "module m threw in its step of tick 7: the pump is dry; its outputs are unknown from then on, and "
+      "the run ended");
   EXPECT_TRUE(std::isnan(table_.value(out_)));
   EXPECT_TRUE(std::isnan(table_.value(untouched_)));
   module_.throws = false;

@@ -1,9 +1,9 @@
 // A plug-in for tests: a module without a world, which contributes all that a module can.
 
-#include <hil/plugin.hpp>
-
 #include <cmath>
 #include <stdexcept>
+
+#include <hil/plugin.hpp>
 
 namespace pumps {
 
@@ -49,8 +49,9 @@ class Pump final : public modules::Module {
                              .y = {.quantity = "flow", .unit = "l/s"},
                              .series = {{.name = "flow", .points = {{1.0, flow_}, {2.0, 2.0 * flow_}}}},
                              .bars = true});
-    section.tables.push_back({.columns = {{.title = "Pump"}, {.title = "Flow", .numeric = true, .unit = "l/s"}},
-                              .rows = {{{.text = name_}, {.number = flow_}}}});
+    section.tables.push_back(
+        {.columns = {{.title = "Pump"}, {.title = "Flow", .numeric = true, .unit = "l/s"}},
+         .rows = {{{.text = name_}, {.number = flow_}}}});
     report.map.tracks.push_back({.name = name_, .points = {{0, 0.0, 0.0}, {report.end_ns, 1.0, 2.0}}});
     report.files.push_back({name_ + ".csv", "speed,flow\n1," + std::to_string(flow_) + "\n"});
     report.lists.push_back({.list = "pumps", .name = name_, .properties = {{"flow", flow_}}});

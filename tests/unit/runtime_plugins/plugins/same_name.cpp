@@ -9,8 +9,8 @@ hil::modules::ModuleType block_type() {
   return {.name = "block",
           .about = "Another block.",
           .parameters = config::Schema::record({}),
-          .create = [](const config::Value&, const modules::TaskParameters&, config::Diagnostics&)
-              -> std::unique_ptr<modules::AnyModule> { return nullptr; }};
+          .create = [](const config::Value&, const modules::TaskParameters&,
+                       config::Diagnostics&) -> std::unique_ptr<modules::AnyModule> { return nullptr; }};
 }
 
 }  // namespace
