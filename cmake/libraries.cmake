@@ -98,8 +98,8 @@ function(hil_public_headers name)
   target_link_libraries(${name} INTERFACE ${LIBRARY_USES})
 endfunction()
 
-# Declares a plug-in NAME.so in the folder `plugins` of the build, which hil searches. In another FOLDER of the
-# build it is for tests and is not installed.
+# Declares a plug-in NAME.so in the folder `plugins` of the build, which hil searches. In another FOLDER of
+# the build it is for tests and is not installed.
 function(hil_plugin name)
   cmake_parse_arguments(PLUGIN "" "FOLDER" "SOURCES" ${ARGN})
   add_library(${name} MODULE ${PLUGIN_SOURCES})

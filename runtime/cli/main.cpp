@@ -24,6 +24,7 @@ int command_line(int argc, char** argv) {
   hil::cli::add_db(app, exit_code);
   hil::cli::add_doctor(app, exit_code);
   hil::cli::add_keys(app, exit_code);
+  hil::cli::add_new(app, exit_code);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

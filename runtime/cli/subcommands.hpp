@@ -18,5 +18,6 @@ void add_history(CLI::App& app, int& exit_code);
 void add_db(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_keys(CLI::App& app, int& exit_code);
+void add_new(CLI::App& app, int& exit_code);
 
 }  // namespace hil::cli

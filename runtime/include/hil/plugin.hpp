@@ -8,8 +8,6 @@
 // the file before it loads it: the name, the version, and the ABI that the plug-in was compiled for. hil
 // refuses a plug-in of another ABI, and loads one at most once. It never unloads one.
 
-#include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include <hil/module.hpp>
@@ -33,31 +31,25 @@ namespace hil::plugins {
 
 inline constexpr const char* abi = HIL_ABI;
 
-/// The note of a plug-in, in the section .note.hil. `text` has the lines "abi=...", "name=..." and
-/// "version=...".
-template <std::size_t size>
-struct Note {
-  std::uint32_t name_bytes = 4, text_bytes = size, type = 1;
-  char name[4] = {'h', 'i', 'l', '\0'};
-  char text[(size + 3) / 4 * 4] = {};
-
-  constexpr explicit Note(const char (&given)[size]) noexcept {
-    for (std::size_t i = 0; i < size; ++i)
-      text[i] = given[i];
-  }
-};
-
 /// The name of the function that returns the module types.
 inline constexpr const char* entry_name = "hil_plugin_types";
 using Entry = const std::vector<modules::ModuleType>& (*)();
 
 }  // namespace hil::plugins
 
-#define HIL_PLUGIN(NAME, VERSION, ...)                                                                    \
-  __attribute__((section(".note.hil"), used, aligned(4))) static constexpr ::hil::plugins::Note hil_note{ \
-      "abi=" HIL_ABI "\nname=" NAME "\nversion=" VERSION "\n"};                                           \
-  extern "C" __attribute__((visibility("default"))) const std::vector<::hil::modules::ModuleType>&        \
-  hil_plugin_types() {                                                                                    \
-    static const std::vector<::hil::modules::ModuleType> types{__VA_ARGS__};                              \
-    return types;                                                                                         \
+/// The ELF note alone: the lines "abi=...", "name=..." and "version=..." in the section .note.hil.
+#define HIL_PLUGIN_NOTE(NAME, VERSION)                                 \
+  __asm__(                                                             \
+      ".pushsection .note.hil,\"a\",%note\n"                           \
+      ".balign 4\n.long 4\n.long 2f-1f\n.long 1\n.asciz \"hil\"\n"     \
+      "1: .ascii \"abi=" HIL_ABI "\\nname=" NAME "\\nversion=" VERSION \
+      "\\n\"\n2:\n"                                                    \
+      ".balign 4\n.popsection")
+
+#define HIL_PLUGIN(NAME, VERSION, ...)                                                             \
+  HIL_PLUGIN_NOTE(NAME, VERSION);                                                                  \
+  extern "C" __attribute__((visibility("default"))) const std::vector<::hil::modules::ModuleType>& \
+  hil_plugin_types() {                                                                             \
+    static const std::vector<::hil::modules::ModuleType> types{__VA_ARGS__};                       \
+    return types;                                                                                  \
   }

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/modules/range_finder/range_finder.hpp"
 #include "tests/gpu/runtime/module_fixture.hpp"
+
+namespace range_finder {
+hil::modules::ModuleType range_finder_type();
+}
 
 namespace hil::modules {
 namespace {
@@ -28,7 +31,7 @@ class GuideRangeFinder : public test::ModuleFixture {
   }
 
   std::unique_ptr<AnyModule> make(const std::string& parameters) {
-    return ModuleFixture::make(range_finder_type(), parameters,
+    return ModuleFixture::make(range_finder::range_finder_type(), parameters,
                                {.instance = "range", .period_ns = 10 * ms, .deadline_ns = 10 * ms});
   }
   std::vector<double> step(AnyModule& module, std::int64_t time_ns) {

@@ -23,7 +23,7 @@ TEST(Usage, UnknownCommandListsTheCommands) {
   const Case cases[] = {
       {{"chek", "x"},
        "hil: 'chek' is not a command of hil; did you mean 'check'? Known here: check, run, report, history, "
-       "db, doctor, keys"},
+       "db, doctor, keys, new"},
       {{"history", "d", "signals"},
        "hil history: 'signals' is not a command of hil history; known here: info, entities, near, region, "
        "ray, image, scan"},
@@ -32,7 +32,7 @@ TEST(Usage, UnknownCommandListsTheCommands) {
        "entities, region, ray, image, scan"},
       {{"db", "verfy", "d"},
        "hil db: 'verfy' is not a command of hil db; did you mean 'verify'? Known here: verify, info, export"},
-      {{}, "hil: a command is missing; known here: run, check, report, history, db, doctor, keys"},
+      {{}, "hil: a command is missing; known here: run, check, report, history, db, doctor, keys, new"},
       {{"history", "d"},
        "hil history: a command is missing; known here: info, entities, near, region, ray, image, scan"},
   };

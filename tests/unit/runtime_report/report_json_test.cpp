@@ -95,6 +95,7 @@ TEST(WorldJson, IsReadBackToTheSameBytes) {
   WorldRecord world;
   world.scenario = "crossing";
   world.period_ns = 1'000'000;
+  world.plugins = {{"pumps", "1.2.3", "/opt/hil/plugins/pumps.so", "00ff00ff00ff00ff"}};
   world.layers = {"ground", "vehicle"};
   world.entities = {{"house", 0, 1}, {"traffic.ego", 11, 3}};
   const std::vector<double> mount_m{1.5, -0.1, 0.85};

@@ -198,6 +198,7 @@ RunRecord full_record() {
   record.reason = "1 of 2 expectations did not hold: no collision.";
   record.exit_code = 1;
   record.program_version = "0.1.0";
+  record.plugins = {{"pumps", "1.2.3", "/opt/hil/plugins/pumps.so", "00ff00ff00ff00ff"}};
   record.clock = "realtime";
   record.ticks = 9'980;
   record.skipped_ticks = 20;

@@ -2,5 +2,4 @@
 
 #include <hil/plugin.hpp>
 
-__attribute__((section(".note.hil"), used, aligned(4))) static constexpr hil::plugins::Note note{
-    "abi=" HIL_ABI "\nname=no_entry\nversion=1\n"};
+HIL_PLUGIN_NOTE("no_entry", "1");

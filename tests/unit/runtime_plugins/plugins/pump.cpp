@@ -1,6 +1,7 @@
 // A plug-in for tests: a module without a world, which contributes all that a module can.
 
 #include <cmath>
+#include <csignal>
 #include <stdexcept>
 
 #include <hil/plugin.hpp>
@@ -9,11 +10,13 @@ namespace pumps {
 
 using namespace hil;
 
-/// Its output is the flow in l/s; `throws_at` is the run in which its step throws.
+/// Its output is the flow in l/s.
 class Pump final : public modules::Module {
  public:
   explicit Pump(const config::Value& parameters)
-      : flow_(parameters["flow"].number()), throws_at_(parameters["throws_at"].integer()) {
+      : flow_(parameters["flow"].number()),
+        throws_at_(parameters["throws_at"].integer()),
+        crashes_at_(parameters["crashes_at"].integer()) {
     ports_.inputs = {{.name = "speed", .unit = "1/s", .about = "Turns per second", .initial = 1.0}};
     ports_.outputs = {{.name = "flow", .unit = "l/s", .about = "What it delivers"}};
   }
@@ -32,6 +35,7 @@ class Pump final : public modules::Module {
   void step(modules::StepContext& context) override {
     if (throws_at_ >= 0 && context.run == static_cast<std::uint64_t>(throws_at_))
       throw std::runtime_error("the pump is dry");
+    if (crashes_at_ >= 0 && context.run == static_cast<std::uint64_t>(crashes_at_)) std::raise(SIGSEGV);
     context.outputs[0] = flow_ * context.inputs[0].value;
     if (context.run == 0) context.events->note(started_, context.time_ns, context.outputs[0]);
     if (context.run % 10 != 0) return;
@@ -67,7 +71,7 @@ class Pump final : public modules::Module {
   };
 
   const double flow_;
-  const std::int64_t throws_at_;
+  const std::int64_t throws_at_, crashes_at_;
   modules::Ports ports_;
   std::string name_;
   modules::EventLog::Kind started_;
@@ -81,7 +85,10 @@ modules::ModuleType pump_type() {
           .about = "A pump that delivers in proportion to its speed.",
           .parameters = Schema::record({
               Field::with_default("flow", Schema::number(0.0, 100.0), "2", "Litres of a turn."),
-              Field::with_default("throws_at", Schema::integer(-1, 1'000'000), "-1", "For tests."),
+              Field::with_default("throws_at", Schema::integer(-1, 1'000'000), "-1",
+                                  "The run in which its step throws."),
+              Field::with_default("crashes_at", Schema::integer(-1, 1'000'000), "-1",
+                                  "The run in which its step ends by a signal."),
           }),
           .create = [](const config::Value& parameters, const modules::TaskParameters& /*task*/,
                        config::Diagnostics& /*diagnostics*/) -> std::unique_ptr<modules::AnyModule> {
